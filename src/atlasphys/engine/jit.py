@@ -1,0 +1,84 @@
+"""How kernels are compiled: the only module of the scalar engine that imports Numba.
+
+Two decorators:
+
+- ``@kernel`` marks a function that Python calls. Its machine code is kept in a cache folder between runs.
+- ``@routine`` marks a function that only kernels call. It is compiled into each of them.
+
+Both compile strict IEEE arithmetic (no ``fastmath``, so no fused multiply-add and no reordering): the same bits on every CPU.
+Both release the interpreter lock, check no bounds, and let division by zero give infinity as NumPy does.
+
+The cache folder's name holds a hash of the kernel's source file and of every engine file that it imports, directly or not.
+Numba itself looks only at the file that holds the kernel, and would run stale code after an edit of a helper elsewhere.
+The folder is ``$ATLASPHYS_CACHE_DIR`` or the user's cache folder, or, where that cannot be written, a temporary one.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+import platformdirs
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+_OPTIONS = {"nogil": True, "error_model": "numpy", "boundscheck": False, "fastmath": False}
+
+
+@cache
+def _source_hash(module: str) -> str:
+    """Hash of a module's source and of every engine module that it imports, directly or not."""
+    sources: dict[str, str] = {}
+    _collect_sources(module, sources)
+    return hashlib.sha256("".join(sources[name] for name in sorted(sources)).encode()).hexdigest()
+
+
+def _collect_sources(module: str, sources: dict[str, str]) -> None:
+    loaded = sys.modules.get(module)
+    if module in sources or loaded is None or loaded.__file__ is None:
+        return
+    sources[module] = Path(loaded.__file__).read_text(encoding="utf-8")
+    for node in ast.walk(ast.parse(sources[module])):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("atlasphys.engine"):
+            _collect_sources(node.module, sources)
+            for name in node.names:
+                _collect_sources(f"{node.module}.{name.name}", sources)
+
+
+@cache
+def cache_root() -> Path:
+    """The writable folder under which compiled kernels are kept."""
+    wanted = os.environ.get("ATLASPHYS_CACHE_DIR") or platformdirs.user_cache_dir("atlasphys", appauthor=False)
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    for folder in (Path(wanted), Path(tempfile.gettempdir()) / f"atlasphys-{user}"):
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                return folder
+        except OSError:
+            continue
+    return Path(tempfile.mkdtemp(prefix="atlasphys-"))
+
+
+def kernel(function: Function) -> Function:
+    """Compile a function that Python calls, once per combination of argument types, and keep the code between runs."""
+    folder = cache_root() / "kernels" / f"{numba.__version__}-{_source_hash(function.__module__)[:16]}"
+    # Numba reads this setting when a function's cache is set up, that is, in this call; other packages' kernels keep theirs.
+    previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+    try:
+        return numba.njit(cache=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
+    finally:
+        numba.config.CACHE_DIR = previous
+
+
+def routine(function: Function) -> Function:
+    """Compile a function that only kernels call."""
+    return numba.njit(**_OPTIONS)(function)  # type: ignore[no-any-return]
