@@ -6,6 +6,7 @@ from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.manifold.match import match_points
 from atlasphys.engine.manifold.reduce import reduce_points
 from atlasphys.engine.math import mat, vec
+from atlasphys.engine.state.bodies import DYNAMIC
 
 COMBINE_RULES = {"geometric_mean": 0, "average": 1, "min": 2, "max": 3, "multiply": 4}
 """How the coefficients of two bodies give that of their contact: √(xy), ½(x + y), the lesser, the greater, xy."""
@@ -47,8 +48,9 @@ def build_manifolds(contacts, pairs, bodies, colliders, old, old_count, new, end
         material[0], material[1] = combine(x[0], y[0], rules[0]), combine(x[1], y[1], rules[1])
         material[2], material[3] = max(x[2], y[2]), max(x[3], y[3])
 
-        frame_a = mat.load(bodies.geometry, colliders.body[a])
-        frame_b = mat.load(bodies.geometry, colliders.body[b])
+        body_a, body_b = colliders.body[a], colliders.body[b]
+        near = body_a if bodies.kind[body_a] == DYNAMIC else body_b
+        frame_a, frame_b = mat.load(bodies.geometry, body_a), mat.load(bodies.geometry, body_b)
         new.count[i] = reduce_points(
             normal, contacts.anchor_b, contacts.depth, contacts.first[p], contacts.count[p], kept
         )
@@ -56,6 +58,8 @@ def build_manifolds(contacts, pairs, bodies, colliders, old, old_count, new, end
             r_a, r_b = vec.load(contacts.anchor_a, kept[k]), vec.load(contacts.anchor_b, kept[k])
             vec.store(new.anchor_a[i], k, r_a)
             vec.store(new.anchor_b[i], k, r_b)
+            for c in range(3):  # from the body that cannot be a plane with a far-off origin
+                new.point[i, k, c] = bodies.center[near, c] + (r_a[c] if near == body_a else r_b[c])
             vec.store(new.local_a[i], k, mat.transpose_mul_vec(frame_a, r_a))
             vec.store(new.local_b[i], k, mat.transpose_mul_vec(frame_b, r_b))
             new.depth[i, k] = contacts.depth[kept[k]]
@@ -66,7 +70,7 @@ def build_manifolds(contacts, pairs, bodies, colliders, old, old_count, new, end
         for k in range(new.count[i], 4):  # unused points are zero, so that equal states are equal bits
             new.depth[i, k] = new.normal_impulse[i, k] = new.feature[i, k] = 0
             for c in range(3):
-                new.anchor_a[i, k, c] = new.anchor_b[i, k, c] = new.local_a[i, k, c] = new.local_b[i, k, c] = 0
+                new.point[i, k, c] = new.anchor_a[i, k, c] = new.anchor_b[i, k, c] = new.local_a[i, k, c] = new.local_b[i, k, c] = 0
                 new.friction_impulse[i, k, c] = 0
         for c in range(3):
             new.rolling_impulse[i, c] = 0

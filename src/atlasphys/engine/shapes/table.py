@@ -83,6 +83,12 @@ class ShapeTable:
             self._arrays = None
         return row
 
+    def copy(self) -> "ShapeTable":
+        """An independent table of the same shapes in the same rows."""
+        other = ShapeTable(self._real)
+        other._rows, other._polyhedra, other._arrays = dict(self._rows), list(self._polyhedra), self._arrays
+        return other
+
     @property
     def arrays(self) -> Shapes:
         """The arrays for the kernels; made anew when shapes were added since they were last asked for."""
