@@ -93,7 +93,8 @@ def disc_integrals(profile, breaks):
 def tetrahedra_integrals(vertices):
     """Volume, centroid and inertia of a hull, over its Delaunay tetrahedra.
 
-    The four-point rule is exact for quadratics: Hammer and Stroud, "Numerical Integration over Simplexes", MTAC 10, 1956.
+    The four-point rule is exact for quadratics: Hammer and Stroud, "Numerical Integration over Simplexes", MTAC 10,
+    1956.
     """
     vertices = np.asarray(vertices)
     cells = vertices[Delaunay(vertices).simplices]

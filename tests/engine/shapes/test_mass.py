@@ -67,10 +67,11 @@ def test_a_hull_of_a_boxs_corners_has_the_boxs_integrals(x, y, z):
 
 
 def test_far_from_the_origin_a_hull_keeps_its_inertia():
-    near, far = random_hull(3), ConvexHull((*np.array(random_hull(3).vertices), 100000.0, -100000.0, 100000.0))
+    near, shift = random_hull(3), np.array([1e5, -1e5, 1e5])
+    far = ConvexHull(near.vertices + shift)
     assert far.volume == pytest.approx(near.volume, rel=1e-9)
     np.testing.assert_allclose(far.inertia(), near.inertia(), rtol=0, atol=1e-9 * np.max(near.inertia()))
-    np.testing.assert_allclose(np.subtract(far.center_of_mass, near.center_of_mass), (1e5, -1e5, 1e5), rtol=1e-12)
+    np.testing.assert_allclose(np.subtract(far.center_of_mass, near.center_of_mass), shift, rtol=1e-12)
 
 
 @pytest.mark.parametrize("shape", SOLIDS, ids=repr)
