@@ -17,8 +17,13 @@ from atlasphys.engine.jit import routine
 from atlasphys.engine.math import vec
 from atlasphys.engine.narrowphase.gjk import ON_A, difference_support, precision
 
-MAX_VERTICES = 96
-"""Polyhedra need about 10, curved cores in double precision up to 60. Smaller: curved cores are left with a deeper normal than the least."""
+MAX_VERTICES = 64
+"""Polyhedra need about 10, most curved cores 20 to 40. Smaller: some of those are left with a deeper normal than the least.
+Where a whole circle of normals is equally good (coaxial round shapes), no number would do; see FINAL_STEPS."""
+
+FINAL_STEPS = 20
+"""Of these vertices the last are all spent on one place: only the newest faces are grown. Smaller: a place that is not the flattest bit
+of the boundary around it is returned. Larger: fewer are left to find the best place."""
 
 MAX_FACES = 2 * MAX_VERTICES
 
@@ -118,7 +123,10 @@ def _span(shapes, pair, vertices, count, size):
 
 @routine
 def _replace_seen(vertices, planes, corners, edges, faces, closest, new, tolerance):
-    """Replace the faces which vertex ``new`` sees by a fan over their horizon. Returns the number of faces, or −1 if out of room."""
+    """Replace the faces which vertex ``new`` sees by a fan over their horizon.
+
+    Returns the number of the first new face and the number of faces. The latter is 0 if there was no room.
+    """
     w = vec.load(vertices, new)
     horizon = 0
     f = 0
@@ -148,10 +156,10 @@ def _replace_seen(vertices, planes, corners, edges, faces, closest, new, toleran
             kept += 1
         f += 1
     if kept + horizon > len(planes):
-        return -1
+        return 0, 0
     for e in range(horizon):
         _set_face(vertices, planes, corners, kept + e, edges[e, 0], edges[e, 1], new)
-    return kept + horizon
+    return kept, kept + horizon
 
 
 @routine
@@ -206,14 +214,15 @@ def epa(shapes, pair, simplex, count, hint, polytope):
     relative = type(zero)(16) * eps if eps > 1e-10 else type(zero)(4096) * eps
     best = zero + type(zero)(math.inf)
     normal = flat
+    newest = 0
     while True:
-        closest = 0
-        for f in range(1, faces):
+        closest = newest if count > MAX_VERTICES - FINAL_STEPS else 0
+        for f in range(closest + 1, faces):
             if planes[f, 3] < planes[closest, 3]:
                 closest = f
         n = vec.load(planes, closest)
         lower = planes[closest, 3]
-        if lower >= best:
+        if lower >= best or lower == math.inf:
             break
         w, w_on_a = difference_support(shapes, pair, n)
         h = vec.dot(w, n)
@@ -231,7 +240,7 @@ def epa(shapes, pair, simplex, count, hint, polytope):
             break
         _add_vertex(vertices, count, w, w_on_a)
         size = max(size, vec.length(w))
-        faces = _replace_seen(vertices, planes, corners, edges, faces, closest, count, eps * size)
+        newest, faces = _replace_seen(vertices, planes, corners, edges, faces, closest, count, eps * size)
         count += 1
         if faces < 1:
             break

@@ -122,6 +122,9 @@ def _best_face(simplex):
 def _set_weights(simplex, count):
     """Barycentric weights of the point of the simplex closest to the origin, written to its last column."""
     zero = simplex[0, 0] * 0
+    if count == 1:
+        simplex[0, WEIGHT] = zero + type(zero)(1)
+        return
     a, b = _row(simplex, 0), _row(simplex, 1)
     if count == 2:
         simplex[0, WEIGHT], simplex[1, WEIGHT] = segment_weights(a, b)
@@ -146,6 +149,47 @@ def _set_weights(simplex, count):
 
 
 @routine
+def _compact(simplex, count):
+    """Move the points of positive weight to the front. Returns their number."""
+    kept = 0
+    for i in range(count):
+        if simplex[i, WEIGHT] > 0:
+            if kept != i:
+                for k in range(7):
+                    simplex[kept, k] = simplex[i, k]
+            kept += 1
+    return kept
+
+
+@routine
+def _holds(simplex, count, w):
+    for i in range(count):
+        if simplex[i, 0] == w[0] and simplex[i, 1] == w[1] and simplex[i, 2] == w[2]:
+            return True
+    return False
+
+
+@routine
+def _squared_up(simplex, count, v):
+    """v made exactly square to the simplex on which it was found.
+
+    As a weighted sum v is as wrong as its points are: for a small gap, that is a large angle. The simplex's own directions are exact.
+    """
+    if count == 2:
+        t = vec.sub(_row(simplex, 1), _row(simplex, 0))
+        return vec.add_scaled(v, t, -vec.dot(v, t) / vec.length_squared(t))
+    if count == 3:
+        a = _row(simplex, 0)
+        n = vec.cross(vec.sub(_row(simplex, 1), a), vec.sub(_row(simplex, 2), a))
+        squared = vec.length_squared(n)
+        along = vec.dot(n, a)
+        # A sliver's normal is worse than v.
+        if along * along > type(along)(0.9) * squared * vec.length_squared(v):
+            return vec.scale(n, along / squared)
+    return v
+
+
+@routine
 def gjk(shapes, pair, start, limit, simplex):
     """Distance of two cores.
 
@@ -164,52 +208,39 @@ def gjk(shapes, pair, start, limit, simplex):
     noise = type(zero)(4) * eps
     # Nearer than this, v is mostly round-off and says little about the direction.
     near = type(zero)(0.03) * math.sqrt(eps)
-    w, on_a = difference_support(shapes, pair, start)
-    vec.store(simplex, 0, w)
-    simplex[0, ON_A], simplex[0, ON_A + 1], simplex[0, ON_A + 2] = on_a
-    simplex[0, WEIGHT] = zero + type(zero)(1)
-    count = 1
-    v = w
-    vv = vec.length_squared(v)
-    largest = vv
-    for _ in range(MAX_ITERATIONS):
-        if vv <= near * near * largest:
-            return TOUCHING, v, on_a, count
+    count = 0
+    v = vec.neg(start)
+    vv = zero
+    largest = zero
+    on_a = (zero, zero, zero)
+    for step in range(MAX_ITERATIONS):
         w, w_on_a = difference_support(shapes, pair, vec.neg(v))
-        vw = vec.dot(v, w)
         largest = max(largest, vec.length_squared(w))
-        if vw > 0 and vw * vw > limit * limit * vv:
-            return SEPARATED, vec.scale(v, vw / vv), on_a, count
-        if vv - vw <= gap_tolerance * vv + noise * math.sqrt(largest * vv):
-            return SEPARATED, v, on_a, count
-        for i in range(count):
-            if simplex[i, 0] == w[0] and simplex[i, 1] == w[1] and simplex[i, 2] == w[2]:
-                return SEPARATED, v, on_a, count
+        if step > 0:
+            vw = vec.dot(v, w)
+            if vw > 0 and vw * vw > limit * limit * vv:
+                return SEPARATED, vec.scale(v, vw / vv), on_a, count
+            if vv - vw <= gap_tolerance * vv + noise * math.sqrt(largest * vv):
+                break
+            if _holds(simplex, count, w):
+                break
         vec.store(simplex, count, w)
         simplex[count, ON_A], simplex[count, ON_A + 1], simplex[count, ON_A + 2] = w_on_a
         _set_weights(simplex, count + 1)
-        kept = 0
-        closest = (zero, zero, zero)
-        closest_on_a = (zero, zero, zero)
-        for i in range(count + 1):
-            weight = simplex[i, WEIGHT]
-            if weight > 0:
-                if kept != i:
-                    for k in range(7):
-                        simplex[kept, k] = simplex[i, k]
-                closest = vec.add_scaled(closest, _row(simplex, kept), weight)
-                closest_on_a = vec.add_scaled(
-                    closest_on_a, (simplex[kept, ON_A], simplex[kept, ON_A + 1], simplex[kept, ON_A + 2]), weight
-                )
-                kept += 1
-        count = kept
+        count = _compact(simplex, count + 1)
+        closest, closest_on_a = (zero, zero, zero), (zero, zero, zero)
+        for i in range(count):
+            closest = vec.add_scaled(closest, _row(simplex, i), simplex[i, WEIGHT])
+            closest_on_a = vec.add_scaled(
+                closest_on_a, (simplex[i, ON_A], simplex[i, ON_A + 1], simplex[i, ON_A + 2]), simplex[i, WEIGHT]
+            )
+        previous = vv
+        v, on_a = closest, closest_on_a
+        vv = vec.length_squared(v)
         if count == 4:
-            return OVERLAPPING, closest, closest_on_a, count
-        closest_squared = vec.length_squared(closest)
-        if closest_squared >= vv:
-            # Round-off has stopped the descent: what was found before is as good as it gets.
-            if vv <= type(zero)(1e4) * near * near * largest:
-                return TOUCHING, v, on_a, count
-            return SEPARATED, v, on_a, count
-        v, vv, on_a = closest, closest_squared, closest_on_a
-    return SEPARATED, v, on_a, count
+            return OVERLAPPING, v, on_a, count
+        if vv <= near * near * largest:
+            return TOUCHING, v, on_a, count
+        if step > 0 and vv >= previous:
+            break  # round-off has stopped the descent: this is as good as it gets
+    return SEPARATED, _squared_up(simplex, count, v), on_a, count
