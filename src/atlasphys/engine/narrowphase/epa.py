@@ -30,10 +30,13 @@ MAX_FACES = 2 * MAX_VERTICES
 
 @routine
 def polytope_scratch(real):
-    """Memory for one polytope: vertices (6 columns: of A − B and on A), face planes, face corners, horizon edges."""
+    """Memory for one polytope: vertices (6 columns: of A − B and on A), face planes, face corners, horizon edges.
+
+    A plane has a fifth column: its distance again, or infinity if there is no more to be found beyond the face.
+    """
     return (
         np.empty((MAX_VERTICES, 6), real),
-        np.empty((MAX_FACES, 4), real),
+        np.empty((MAX_FACES, 5), real),
         np.empty((MAX_FACES, 3), np.int32),
         np.empty((MAX_FACES, 2), np.int32),
     )
@@ -46,23 +49,26 @@ def _add_vertex(vertices, i, w, on_a):
 
 
 @routine
-def _set_face(vertices, planes, corners, f, i, j, k):
-    """Face f with corners i, j, k, counter-clockwise as seen from outside. One without area is put out of reach, at infinity."""
+def _set_face(vertices, planes, corners, f, i, j, k, noise):
+    """Face f with corners i, j, k, counter-clockwise as seen from outside.
+
+    One narrower than the ``noise`` of its corners has no normal: it stays to keep the surface closed, and is never looked at.
+    """
     a, b, c = vec.load(vertices, i), vec.load(vertices, j), vec.load(vertices, k)
-    ab, ac = vec.sub(b, a), vec.sub(c, a)
+    ab, ac, bc = vec.sub(b, a), vec.sub(c, a), vec.sub(c, b)
     n = vec.cross(ab, ac)
-    length_squared = vec.length_squared(n)
-    real = type(length_squared)
-    eps = precision(length_squared)
+    squared = vec.length_squared(n)
+    real = type(squared)
+    longest = max(vec.length_squared(ab), vec.length_squared(ac), vec.length_squared(bc))
     corners[f, 0], corners[f, 1], corners[f, 2] = i, j, k
-    if length_squared <= real(64) * eps * eps * vec.length_squared(ab) * vec.length_squared(ac):
+    if squared <= noise * noise * longest:
         planes[f, 0], planes[f, 1], planes[f, 2] = real(0), real(0), real(0)
         planes[f, 3] = real(math.inf)
-        return
-    n = vec.scale(n, real(1) / math.sqrt(length_squared))
-    vec.store(planes, f, n)
-    # The mean of the three corners' distances is no better than one of them, but the least is a safe lower bound.
-    planes[f, 3] = min(vec.dot(n, a), vec.dot(n, b), vec.dot(n, c))
+    else:
+        n = vec.scale(n, real(1) / math.sqrt(squared))
+        vec.store(planes, f, n)
+        planes[f, 3] = vec.dot(n, a)
+    planes[f, 4] = planes[f, 3]
 
 
 @routine
@@ -149,7 +155,7 @@ def _replace_seen(vertices, planes, corners, edges, faces, closest, new, toleran
                     horizon += 1
         else:
             if kept != f:
-                for k in range(4):
+                for k in range(5):
                     planes[kept, k] = planes[f, k]
                 for k in range(3):
                     corners[kept, k] = corners[f, k]
@@ -158,7 +164,7 @@ def _replace_seen(vertices, planes, corners, edges, faces, closest, new, toleran
     if kept + horizon > len(planes):
         return 0, 0
     for e in range(horizon):
-        _set_face(vertices, planes, corners, kept + e, edges[e, 0], edges[e, 1], new)
+        _set_face(vertices, planes, corners, kept + e, edges[e, 0], edges[e, 1], new, tolerance)
     return kept, kept + horizon
 
 
@@ -204,13 +210,12 @@ def epa(shapes, pair, simplex, count, hint, polytope):
     a, b, c = vec.load(vertices, 0), vec.load(vertices, 1), vec.load(vertices, 2)
     volume = vec.dot(vec.cross(vec.sub(b, a), vec.sub(c, a)), vec.sub(vec.load(vertices, 3), a))
     p, q = (1, 2) if volume < 0 else (2, 1)
-    _set_face(vertices, planes, corners, 0, 0, p, q)
-    _set_face(vertices, planes, corners, 1, 0, q, 3)
-    _set_face(vertices, planes, corners, 2, q, p, 3)
-    _set_face(vertices, planes, corners, 3, p, 0, 3)
+    noise = type(zero)(4) * eps * size
+    _set_face(vertices, planes, corners, 0, 0, p, q, noise)
+    _set_face(vertices, planes, corners, 1, 0, q, 3, noise)
+    _set_face(vertices, planes, corners, 2, q, p, 3, noise)
+    _set_face(vertices, planes, corners, 3, p, 0, 3, noise)
     faces = 4
-
-    noise = type(zero)(8) * eps * size
     relative = type(zero)(16) * eps if eps > 1e-10 else type(zero)(4096) * eps
     best = zero + type(zero)(math.inf)
     normal = flat
@@ -218,10 +223,10 @@ def epa(shapes, pair, simplex, count, hint, polytope):
     while True:
         closest = newest if count > MAX_VERTICES - FINAL_STEPS else 0
         for f in range(closest + 1, faces):
-            if planes[f, 3] < planes[closest, 3]:
+            if planes[f, 4] < planes[closest, 4]:
                 closest = f
         n = vec.load(planes, closest)
-        lower = planes[closest, 3]
+        lower = planes[closest, 4]
         if lower >= best or lower == math.inf:
             break
         w, w_on_a = difference_support(shapes, pair, n)
@@ -234,13 +239,13 @@ def epa(shapes, pair, simplex, count, hint, polytope):
             break
         known = False
         for i in range(count):
-            if vertices[i, 0] == w[0] and vertices[i, 1] == w[1] and vertices[i, 2] == w[2]:
+            if vec.length_squared(vec.sub(vec.load(vertices, i), w)) <= noise * noise:
                 known = True
         if known:
-            break
+            planes[closest, 4] = type(zero)(math.inf)
+            continue
         _add_vertex(vertices, count, w, w_on_a)
-        size = max(size, vec.length(w))
-        newest, faces = _replace_seen(vertices, planes, corners, edges, faces, closest, count, eps * size)
+        newest, faces = _replace_seen(vertices, planes, corners, edges, faces, closest, count, noise)
         count += 1
         if faces < 1:
             break
