@@ -74,11 +74,16 @@ def kernel(function: Function) -> Function:
     # Numba reads this setting when a function's cache is set up, that is, in this call; other packages' kernels keep theirs.
     previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
     try:
-        return numba.njit(cache=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
+        return numba.njit(cache=True, no_cfunc_wrapper=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
     finally:
         numba.config.CACHE_DIR = previous
 
 
 def routine(function: Function) -> Function:
     """Compile a function that only kernels call."""
-    return numba.njit(**_OPTIONS)(function)  # type: ignore[no-any-return]
+    compiled = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)(function)
+    if hasattr(compiled, "compile"):  # not where NUMBA_DISABLE_JIT is set
+        compile_types = compiled.compile
+        # Numba would compile f(x, 0), f(x, 1) and f(x, i) one by one, each literal being a type of its own.
+        compiled.compile = lambda types: compile_types(tuple(map(numba.types.unliteral, types)))
+    return compiled  # type: ignore[no-any-return]

@@ -77,7 +77,7 @@ def _span(shapes, pair, vertices, count, size):
 
     Returns the number of vertices, and a unit vector at right angles to all of A − B when that is flat (fewer than four).
     """
-    zero = size * 0
+    zero = type(size)(0)
     one = type(zero)(1)
     tolerance = type(zero)(32) * precision(zero) * size
     first = vec.load(vertices, 0)
@@ -217,7 +217,7 @@ def epa(shapes, pair, simplex, count, hint, polytope):
     _set_face(vertices, planes, corners, 3, p, 0, 3, noise)
     faces = 4
     relative = type(zero)(16) * eps if eps > 1e-10 else type(zero)(4096) * eps
-    best = zero + type(zero)(math.inf)
+    best = type(zero)(math.inf)
     normal = flat
     newest = 0
     while True:
@@ -259,7 +259,7 @@ def _on_a(vertices, corners, f, n, distance):
     foot = vec.scale(n, distance)
     a, b, c = vec.sub(vec.load(vertices, i), foot), vec.sub(vec.load(vertices, j), foot), vec.sub(vec.load(vertices, k), foot)
     wa, wb, wc = vec.dot(n, vec.cross(b, c)), vec.dot(n, vec.cross(c, a)), vec.dot(n, vec.cross(a, b))
-    zero = distance * 0
+    zero = type(distance)(0)
     wa, wb, wc = max(wa, zero), max(wb, zero), max(wc, zero)
     scale = type(zero)(1) / (wa + wb + wc)
     point = vec.scale((vertices[i, 3], vertices[i, 4], vertices[i, 5]), wa * scale)

@@ -48,8 +48,7 @@ def difference_support(shapes, pair, direction):
 @routine
 def segment_weights(a, b):
     """Barycentric weights of the point of segment ab closest to the origin."""
-    zero = a[0] * 0
-    one = zero + type(zero)(1)
+    zero, one = type(a[0])(0), type(a[0])(1)
     t = vec.sub(b, a)
     along = -vec.dot(a, t)
     length_squared = vec.length_squared(t)
@@ -64,7 +63,7 @@ def segment_weights(a, b):
 @routine
 def triangle_weights(a, b, c):
     """Barycentric weights of the point of triangle abc closest to the origin; a flat triangle counts as its edges."""
-    zero = a[0] * 0
+    zero = type(a[0])(0)
     eps = precision(zero)
     ab, ac = vec.sub(b, a), vec.sub(c, a)
     n = vec.cross(ab, ac)
@@ -78,7 +77,7 @@ def triangle_weights(a, b, c):
         total = area_a + area_b + area_c
         return area_a / total, area_b / total, area_c / total
     wa, wb, wc = zero, zero, zero
-    best = zero + type(zero)(math.inf)
+    best = type(zero)(math.inf)
     if flat or area_c <= 0:
         u, v = segment_weights(a, b)
         best = vec.length_squared(vec.add_scaled(vec.scale(a, u), b, v))
@@ -105,8 +104,8 @@ def _row(simplex, i):
 @routine
 def _best_face(simplex):
     """Set the weights to those of the closest point on the four faces of a tetrahedron."""
-    zero = simplex[0, 0] * 0
-    best = zero + type(zero)(math.inf)
+    zero = simplex.dtype.type(0)
+    best = type(zero)(math.inf)
     for apex in range(4):
         i, j, k = (apex + 1) % 4, (apex + 2) % 4, (apex + 3) % 4
         a, b, c = _row(simplex, i), _row(simplex, j), _row(simplex, k)
@@ -121,9 +120,9 @@ def _best_face(simplex):
 @routine
 def _set_weights(simplex, count):
     """Barycentric weights of the point of the simplex closest to the origin, written to its last column."""
-    zero = simplex[0, 0] * 0
+    zero = simplex.dtype.type(0)
     if count == 1:
-        simplex[0, WEIGHT] = zero + type(zero)(1)
+        simplex[0, WEIGHT] = type(zero)(1)
         return
     a, b = _row(simplex, 0), _row(simplex, 1)
     if count == 2:
