@@ -72,59 +72,52 @@ def _set_face(vertices, planes, corners, f, i, j, k, noise):
 
 
 @routine
-def _span(shapes, pair, vertices, count, size):
+def _span_direction(vertices, count, trial):
+    """Where to look for one more vertex of a polytope of one, two or three: off its point, line or plane."""
+    real = vertices.dtype.type
+    zero, one = real(0), real(1)
+    first = vec.load(vertices, 0)
+    sign = one if trial % 2 == 0 else -one
+    if count == 1:
+        axis = trial // 2
+        return sign if axis == 0 else zero, sign if axis == 1 else zero, sign if axis == 2 else zero
+    t = vec.sub(vec.load(vertices, 1), first)
+    if count == 2:
+        u, v = vec.tangents(vec.unit(t))
+        return vec.scale(u if trial < 2 else v, sign)
+    n = vec.cross(t, vec.sub(vec.load(vertices, 2), first))
+    return vec.scale(n, sign / vec.length(n))
+
+
+@routine
+def _span(shapes, pair, vertices, count, tolerance):
     """Add support points until there are four that span a volume.
 
     Returns the number of vertices, and a unit vector at right angles to all of A − B when that is flat (fewer than four).
     """
-    zero = type(size)(0)
-    one = type(zero)(1)
-    tolerance = type(zero)(32) * precision(zero) * size
-    first = vec.load(vertices, 0)
-    flat = (one, zero, zero)
-    if count == 1:
-        best = tolerance
-        for axis in range(6):
-            sign = one if axis < 3 else -one
-            k = axis % 3
-            direction = (sign if k == 0 else zero, sign if k == 1 else zero, sign if k == 2 else zero)
-            w, on_a = difference_support(shapes, pair, direction)
-            distance = vec.length(vec.sub(w, first))
-            if distance > best:
-                best = distance
-                _add_vertex(vertices, 1, w, on_a)
-                count = 2
-    if count == 2:
-        t = vec.unit(vec.sub(vec.load(vertices, 1), first))
-        u, v = vec.tangents(t)
-        flat = u
-        best = tolerance
-        for axis in range(4):
-            direction = u if axis < 2 else v
-            if axis % 2 == 1:
-                direction = vec.neg(direction)
-            w, on_a = difference_support(shapes, pair, direction)
-            distance = vec.length(vec.cross(t, vec.sub(w, first)))
-            if distance > best:
-                best = distance
-                _add_vertex(vertices, 2, w, on_a)
-                count = 3
-    if count == 3:
-        n = vec.cross(vec.sub(vec.load(vertices, 1), first), vec.sub(vec.load(vertices, 2), first))
-        length = vec.length(n)
-        if length == 0:
-            return count, flat
-        n = vec.scale(n, one / length)
-        flat = n
-        best = tolerance
-        for side in range(2):
-            w, on_a = difference_support(shapes, pair, n if side == 0 else vec.neg(n))
-            distance = abs(vec.dot(n, vec.sub(w, first)))
-            if distance > best:
-                best = distance
-                _add_vertex(vertices, 3, w, on_a)
-                count = 4
-    return count, flat
+    best = tolerance
+    trial = 0
+    direction = _span_direction(vertices, count, 0)
+    while count < 4:
+        direction = _span_direction(vertices, count, trial)
+        w, on_a = difference_support(shapes, pair, direction)
+        off = vec.sub(w, vec.load(vertices, 0))
+        if count == 1:
+            distance = vec.length(off)
+        elif count == 2:
+            t = vec.unit(vec.sub(vec.load(vertices, 1), vec.load(vertices, 0)))
+            distance = vec.length(vec.cross(t, off))
+        else:
+            distance = abs(vec.dot(direction, off))
+        if distance > best:
+            best = distance
+            _add_vertex(vertices, count, w, on_a)
+        trial += 1
+        if trial == 8 - 2 * count:
+            if best <= tolerance:
+                break
+            count, trial, best = count + 1, 0, tolerance
+    return count, direction
 
 
 @routine
@@ -197,15 +190,14 @@ def epa(shapes, pair, simplex, count, hint, polytope):
         n = vec.cross(vec.sub(b, a), vec.sub(c, a))
         if abs(vec.dot(n, vec.sub(vec.load(vertices, 3), a))) <= type(zero)(32) * eps * size * vec.length(n):
             count = 3
-    count, flat = _span(shapes, pair, vertices, count, size)
+    count, flat = _span(shapes, pair, vertices, count, type(zero)(32) * eps * size)
     if count < 4:
         # A − B is flat (points, segments and discs): it can be left at right angles, and the depth is zero.
         if count == 1 and vec.length_squared(hint) > 0:
             flat = vec.unit(hint)
         if vec.dot(flat, hint) < 0:
             flat = vec.neg(flat)
-        w, w_on_a = difference_support(shapes, pair, flat)
-        return flat, vec.dot(w, flat), on_a
+        return flat, vec.dot(vec.load(vertices, 0), flat), on_a
 
     a, b, c = vec.load(vertices, 0), vec.load(vertices, 1), vec.load(vertices, 2)
     volume = vec.dot(vec.cross(vec.sub(b, a), vec.sub(c, a)), vec.sub(vec.load(vertices, 3), a))

@@ -15,7 +15,7 @@ vector from a's origin to b's. All vectors are along the world's axes with a's o
 
 import math
 
-from atlasphys.engine.jit import routine
+from atlasphys.engine.jit import inlined, routine
 from atlasphys.engine.math import mat, vec
 from atlasphys.engine.shapes.support import support
 
@@ -36,7 +36,7 @@ def precision(x):
     return abs((real(4) / real(3) - real(1)) * real(3) - real(1))
 
 
-@routine
+@inlined
 def difference_support(shapes, pair, direction):
     """The point of A − B farthest along a direction, and the point of A that it came from."""
     row_a, row_b, rotation_a, rotation_b, d = pair
