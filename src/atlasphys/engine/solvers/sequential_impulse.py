@@ -183,7 +183,7 @@ def set_targets(motion, pairs, manifolds, count, points, h, bias, slop, max_corr
             elif restitution > 0 and approach < -threshold:
                 # Moreau's form of the law holds for contacts that part as well. Asking for no approach instead, where another
                 # impact pushes the pair back together, can gain energy.
-                target = restitution * approach
+                target = min(target, restitution * approach)
             points[p, TARGET] = target
 
 
