@@ -1,0 +1,42 @@
+"""Which pairs of colliders may touch at all: the tests that every broad phase shares, so that all give the same pairs."""
+
+from atlasphys.engine.jit import routine
+from atlasphys.engine.math import mat
+from atlasphys.engine.shapes.table import PLANE
+from atlasphys.engine.state.bodies import DYNAMIC
+
+
+@routine
+def may_collide(bodies, colliders, i, j):
+    """Whether one of the two bodies is dynamic and both masks admit the other's group."""
+    a, b = colliders.body[i], colliders.body[j]
+    if a == b or (bodies.kind[a] != DYNAMIC and bodies.kind[b] != DYNAMIC):
+        return False
+    return (colliders.mask[i] & colliders.group[j]) != 0 and (colliders.mask[j] & colliders.group[i]) != 0
+
+
+@routine
+def bounds_overlap(colliders, i, j):
+    """Whether two bounding boxes overlap or touch."""
+    for k in range(3):
+        if colliders.lower[i, k] > colliders.upper[j, k] or colliders.lower[j, k] > colliders.upper[i, k]:
+            return False
+    return True
+
+
+@routine
+def is_plane(colliders, shapes, i):
+    """Whether collider i is an unbounded plane."""
+    return shapes.layout[colliders.shape[i], 0] == PLANE
+
+
+@routine
+def reaches_plane(bodies, colliders, shapes, plane, i):
+    """Whether the bounding box of collider i reaches below the surface of a plane."""
+    size, body = shapes.size[colliders.shape[plane]], colliders.body[plane]
+    n = mat.mul_vec(mat.load(bodies.geometry, body), (size[0], size[1], size[2]))
+    height = 0.0
+    for k in range(3):  # the box's corner that lies deepest
+        corner = colliders.lower[i, k] if n[k] > 0 else colliders.upper[i, k]
+        height += n[k] * (corner - bodies.position[body, k]) if n[k] != 0 else 0.0
+    return height <= size[3]

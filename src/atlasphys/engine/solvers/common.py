@@ -1,0 +1,80 @@
+"""Parts that solvers share: relative velocity at a contact, impulses on a pair of bodies, and the friction cone."""
+
+import math
+
+from atlasphys.engine.jit import routine
+from atlasphys.engine.math import vec
+
+
+@routine
+def load_velocity(bodies, i):
+    """Velocity of the centre of mass and angular velocity of body i."""
+    motion = bodies.motion[i]
+    return (motion[0], motion[1], motion[2]), (motion[3], motion[4], motion[5])
+
+
+@routine
+def store_velocity(bodies, i, v, w):
+    """Write both velocities of body i."""
+    motion = bodies.motion[i]
+    motion[0], motion[1], motion[2] = v
+    motion[3], motion[4], motion[5] = w
+
+
+@routine
+def load_inverse_mass(bodies, i):
+    """Inverse mass along each world axis, and inverse inertia (symmetric, six numbers), of body i."""
+    row = bodies.inverse_mass[i]
+    return (row[0], row[1], row[2]), (row[3], row[4], row[5], row[6], row[7], row[8])
+
+
+@routine
+def weighted(m, u):
+    """diag(m) u."""
+    return m[0] * u[0], m[1] * u[1], m[2] * u[2]
+
+
+@routine
+def relative_velocity(v_a, w_a, r_a, v_b, w_b, r_b):
+    """Velocity of b against a at a contact: v_b + ω_b × r_b − v_a − ω_a × r_a."""
+    return vec.sub(vec.add(v_b, vec.cross(w_b, r_b)), vec.add(v_a, vec.cross(w_a, r_a)))
+
+
+@routine
+def invert_2x2(k11, k12, k22):
+    """The inverse of a symmetric 2×2 matrix, and of its greatest eigenvalue; all 0 where it is singular."""
+    real = type(k11)
+    zero = real(0)
+    determinant = k11 * k22 - k12 * k12
+    half_trace = real(0.5) * (k11 + k22)
+    difference = real(0.5) * (k11 - k22)
+    greatest = half_trace + math.sqrt(difference * difference + k12 * k12)
+    step = real(1) / greatest if greatest > 0 else zero
+    if determinant > real(1e-6) * half_trace * half_trace:
+        inverse = real(1) / determinant
+        return k22 * inverse, -k12 * inverse, k11 * inverse, step
+    return step, zero, step, step  # nearly singular: descend along the gradient instead
+
+
+@routine
+def solve_disk(impulse, velocity, inverse, limit):
+    """The impulse in a disk of radius ``limit`` that stops the sliding, or else opposes it (maximum dissipation).
+
+    If the impulse that stops the contact, λ − K⁻¹ v, lies in the disk, it sticks. Otherwise one step of projected gradient,
+    λ − v / max eig K, put back on the disk: its fixed point has λ exactly opposite to v, so that friction is isotropic even
+    where K is not. Scaling λ − K⁻¹ v back would point K⁻¹ v, not v, and pull a sliding body off its course.
+    """
+    zero = limit - limit
+    if not limit > 0:
+        return zero, zero
+    x = impulse[0] - (inverse[0] * velocity[0] + inverse[1] * velocity[1])
+    y = impulse[1] - (inverse[1] * velocity[0] + inverse[2] * velocity[1])
+    if x * x + y * y <= limit * limit:
+        return x, y
+    x = impulse[0] - inverse[3] * velocity[0]
+    y = impulse[1] - inverse[3] * velocity[1]
+    squared = x * x + y * y
+    if squared <= limit * limit:
+        return x, y
+    ratio = limit / math.sqrt(squared)
+    return x * ratio, y * ratio

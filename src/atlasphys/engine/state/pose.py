@@ -1,0 +1,65 @@
+"""What follows from a body's state: rotation matrix, centre of mass, inverse inertia in world axes. Refreshed at the start of each step."""
+
+from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.math import mat, quat, vec
+from atlasphys.engine.state.bodies import DYNAMIC
+
+ROTATION_LOCKS = 0b111000
+"""Bits of ``Bodies.locks`` that forbid rotation."""
+
+
+@routine
+def free_inverse_inertia(inertia, locks):
+    """The inverse of a symmetric inertia restricted to the axes about which the body may turn; 0 along the others.
+
+    A locked axis takes its whole row and column with it: the lock supplies whatever torque it needs.
+    """
+    zero = inertia[0] - inertia[0]
+    one = type(zero)(1)
+    lock_x, lock_y, lock_z = locks & 8, locks & 16, locks & 32
+    xx = one if lock_x else inertia[0]
+    yy = one if lock_y else inertia[1]
+    zz = one if lock_z else inertia[2]
+    xy = zero if lock_x or lock_y else inertia[3]
+    xz = zero if lock_x or lock_z else inertia[4]
+    yz = zero if lock_y or lock_z else inertia[5]
+    a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    inverse = one / (xx * a + xy * b + xz * c)
+    return (
+        zero if lock_x else a * inverse,
+        zero if lock_y else (xx * zz - xz * xz) * inverse,
+        zero if lock_z else (xx * yy - xy * xy) * inverse,
+        b * inverse,
+        c * inverse,
+        (xy * xz - xx * yz) * inverse,
+    )
+
+
+@kernel
+def refresh(bodies, first, last):
+    """Derive ``center``, ``geometry`` and ``inverse_mass`` of the rows first … last − 1 from their state and properties."""
+    for i in range(first, last):
+        orientation = quat.load(bodies.orientation, i)
+        rotation = quat.matrix(orientation)
+        offset = mat.mul_vec(rotation, vec.load(bodies.local_center, i))
+        for k in range(9):
+            bodies.geometry[i, k] = rotation[k]
+        for k in range(3):
+            bodies.geometry[i, 9 + k] = offset[k]
+            bodies.center[i, k] = bodies.position[i, k] + offset[k]
+            bodies.motion[i, 6 + k] = bodies.motion[i, 9 + k] = 0
+        if bodies.kind[i] == DYNAMIC:
+            mass, locks = bodies.mass[i], bodies.locks[i]
+            zero = mass[1] - mass[1]
+            axes = quat.matrix(quat.mul(orientation, quat.load(bodies.principal, i)))
+            for k in range(3):
+                bodies.inverse_mass[i, k] = zero if locks & (1 << k) else mass[1]
+            if locks & ROTATION_LOCKS:
+                inverse = free_inverse_inertia(mat.rotated_diagonal(axes, (mass[2], mass[3], mass[4])), locks)
+            else:
+                inverse = mat.rotated_diagonal(axes, (mass[5], mass[6], mass[7]))
+            for k in range(6):
+                bodies.inverse_mass[i, 3 + k] = inverse[k]
+        else:
+            for k in range(9):
+                bodies.inverse_mass[i, k] = 0

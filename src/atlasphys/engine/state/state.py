@@ -1,0 +1,279 @@
+"""Everything a world's engine remembers from step to step, and the buffers it works in.
+
+``remember`` marks a state that is whole; ``roll_back`` returns to it. So a step that fails leaves no trace, and writes by the
+user into live views are noticed: they are what differs from the remembered state.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from atlasphys.engine.constants import Tolerances, tolerances
+from atlasphys.engine.jit import kernel
+from atlasphys.engine.shapes.table import ShapeTable
+from atlasphys.engine.state.arrays import aligned_copy, copy_rows, with_capacity
+from atlasphys.engine.state.bodies import Bodies, empty_bodies
+from atlasphys.engine.state.colliders import Colliders, empty_colliders
+from atlasphys.engine.state.contacts import Contacts, empty_contacts
+from atlasphys.engine.state.manifolds import Manifolds, empty_manifolds
+from atlasphys.engine.state.pose import refresh
+
+
+@dataclass(frozen=True, slots=True)
+class Environment:
+    """What acts on all bodies alike."""
+
+    gravity: tuple[float, float, float]
+    """[m/s²]"""
+    length_unit: float
+    """Typical size of a body [m], which scales every tolerance that is a length."""
+    restitution_threshold: float
+    """Approach speed below which contacts do not bounce [m/s]."""
+    friction_rule: int
+    """Entry of ``COMBINE_RULES`` for friction."""
+    restitution_rule: int
+    """Entry of ``COMBINE_RULES`` for restitution."""
+
+
+class Remembered(NamedTuple):
+    """The columns that a step or a user may change, as they were."""
+
+    position: npt.NDArray[np.float64]
+    orientation: npt.NDArray[np.floating]
+    motion: npt.NDArray[np.floating]
+
+
+@kernel
+def differing_rows(bodies, remembered, count, rows):
+    """Write the rows whose state differs from the remembered one into ``rows`` and return their number. NaN differs from itself."""
+    found = 0
+    for i in range(count):
+        same = True
+        for k in range(3):
+            same = same and bodies.position[i, k] == remembered.position[i, k]
+        for k in range(4):
+            same = same and bodies.orientation[i, k] == remembered.orientation[i, k]
+        for k in range(6):
+            same = same and bodies.motion[i, k] == remembered.motion[i, k]
+        if not same:
+            rows[found] = i
+            found += 1
+    return found
+
+
+@kernel
+def non_finite_rows(bodies, count, rows):
+    """Write the rows whose state is not finite into ``rows`` and return their number."""
+    found = 0
+    for i in range(count):
+        total = 0.0  # 0 · x is 0 for finite x and NaN for the rest
+        for k in range(3):
+            total += 0.0 * bodies.position[i, k]
+        for k in range(4):
+            total += 0.0 * bodies.orientation[i, k]
+        for k in range(6):
+            total += 0.0 * bodies.motion[i, k]
+        if total != 0.0:
+            rows[found] = i
+            found += 1
+    return found
+
+
+class State:
+    """Tables of bodies, colliders, shapes and manifolds, and the clock.
+
+    Bodies and colliders keep the order in which they were added; a removal closes the gap. Each body has one collider, in the row of the same number.
+    """
+
+    def __init__(self, real: npt.DTypeLike, environment: Environment) -> None:
+        self.real: np.dtype[Any] = np.dtype(real)
+        self.environment = environment
+        self.bodies: Bodies = empty_bodies(16, real)
+        self.colliders: Colliders = empty_colliders(16, real)
+        self.count = 0
+        self.table = ShapeTable(self.real)
+        self.manifolds: Manifolds = empty_manifolds(64, real)
+        self.manifold_count = 0
+        self.began: npt.NDArray[np.int32] = np.empty((0, 2), np.int32)
+        self.ended: npt.NDArray[np.int32] = np.empty((0, 2), np.int32)
+        self.time = 0.0
+        self.steps = 0
+        self.last_h = 0.0
+        self._make_buffers()
+
+    def _make_buffers(self) -> None:
+        """Buffers whose content does not outlive a step."""
+        capacity = len(self.bodies.kind)
+        self.remembered = Remembered(
+            *(aligned_copy(a) for a in (self.bodies.position, self.bodies.orientation, self.bodies.motion))
+        )
+        self.row_buffer: npt.NDArray[np.int32] = np.zeros(capacity, np.int32)
+        self.displacement: npt.NDArray[Any] = np.zeros((capacity, 6), self.real)
+        self.pairs: npt.NDArray[np.int32] = np.zeros((64, 2), np.int32)
+        self.contacts: Contacts = empty_contacts(64, 512, self.real)
+        self.next_manifolds: Manifolds = empty_manifolds(len(self.manifolds.a), self.real)
+        self.next_count = 0
+        self.manifold_ended: npt.NDArray[np.bool_] = np.zeros(len(self.manifolds.a), np.bool_)
+
+    @property
+    def tolerances(self) -> Tolerances:
+        """Tolerances in this state's precision."""
+        real = self.real.type
+        return Tolerances(*(real(value) for value in tolerances(self.environment.length_unit)))
+
+    # Rows ------------------------------------------------------------------------------------------------------------
+
+    def append(self) -> int:
+        """Room for one more body and its collider; all zero. The caller fills the row, then calls ``refreshed``."""
+        row = self.count
+        if row == len(self.bodies.kind):
+            self.bodies, self.colliders = with_capacity(self.bodies, 2 * row), with_capacity(self.colliders, 2 * row)
+            self.remembered = with_capacity(self.remembered, 2 * row)
+            self.row_buffer = np.zeros(2 * row, np.int32)
+            self.displacement = np.zeros((2 * row, 6), self.real)
+        for table in (self.bodies, self.colliders):
+            for array in table:
+                array[row] = 0
+        self.count += 1
+        return row
+
+    def refreshed(self, row: int) -> None:
+        """Derive what follows from the row's new state or properties, and remember its state."""
+        refresh(self.bodies, row, row + 1)
+        self._remember(slice(row, row + 1))
+
+    def remove(self, row: int) -> None:
+        """Remove a body, its collider and its manifolds, and close the gap."""
+        for table in (self.bodies, self.colliders, self.remembered):
+            for array in table:
+                array[row : self.count - 1] = array[row + 1 : self.count]
+        self.count -= 1
+        self.colliders.body[row : self.count] -= 1
+        old, m = self.manifolds, self.manifold_count
+        kept = np.flatnonzero((old.a[:m] != row) & (old.b[:m] != row))
+        for array in old:
+            array[: len(kept)] = array[kept]
+        self.manifold_count = len(kept)
+        for side in (old.a, old.b):
+            side[: len(kept)] -= side[: len(kept)] > row
+        self.began, self.ended = (_without(row, pairs) for pairs in (self.began, self.ended))
+        self._drop_unused_shapes()
+
+    def _drop_unused_shapes(self) -> None:
+        """Start the table of shapes anew once most of it is unused."""
+        used = np.unique(self.colliders.shape[: self.count])
+        if len(self.table) > 2 * len(used) + 64:
+            shapes, fresh = self.table.shapes, ShapeTable(self.real)
+            rows = np.zeros(len(shapes), np.int32)
+            for row in used:
+                rows[row] = fresh.row_of(shapes[row])
+            self.colliders.shape[: self.count] = rows[self.colliders.shape[: self.count]]
+            self.table = fresh
+
+    # Whole or not at all ---------------------------------------------------------------------------------------------
+
+    def written_rows(self) -> npt.NDArray[np.int32]:
+        """Rows into which the user has written since the state was last remembered."""
+        found = differing_rows(self.bodies, self.remembered, self.count, self.row_buffer)
+        return self.row_buffer[:found].copy()
+
+    def diverged_rows(self) -> npt.NDArray[np.int32]:
+        """Rows whose state is no longer finite."""
+        found = non_finite_rows(self.bodies, self.count, self.row_buffer)
+        return self.row_buffer[:found].copy()
+
+    def remember(self) -> None:
+        """Take the present state for whole."""
+        self._remember(slice(0, self.count))
+
+    def _remember(self, rows: slice) -> None:
+        for then, now in zip(self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True):
+            then[rows] = now[rows]
+
+    def roll_back(self) -> None:
+        """Return to the remembered state. Manifolds need no copy: a step builds the next ones beside them."""
+        for then, now in zip(self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True):
+            now[: self.count] = then[: self.count]
+        refresh(self.bodies, 0, self.count)
+
+    def reserve_manifolds(self, count: int) -> None:
+        """Room for ``count`` manifolds in the next step's table."""
+        if len(self.next_manifolds.a) < count:
+            self.next_manifolds = empty_manifolds(2 * count, self.real)
+        if len(self.manifold_ended) < self.manifold_count:
+            self.manifold_ended = np.zeros(len(self.manifolds.a), np.bool_)
+
+    def complete_step(self, h: float) -> None:
+        """Make the next manifolds the present ones, note which contacts began and ended, and advance the clock."""
+        old, m, new, n = self.manifolds, self.manifold_count, self.next_manifolds, self.next_count
+        lost = np.flatnonzero(self.manifold_ended[:m] & old.touching[:m])
+        self.ended = np.stack([old.a[lost], old.b[lost]], axis=1)
+        # A manifold of the last step that did not touch yet, or none at all: the contact begins now.
+        old_keys = _keys(old, m)[old.touching[:m]]
+        touching = np.flatnonzero(new.touching[:n])
+        fresh = touching[~np.isin(_keys(new, n)[touching], old_keys, assume_unique=True)]
+        self.began = np.stack([new.a[fresh], new.b[fresh]], axis=1)
+        self.manifolds, self.manifold_count, self.next_manifolds, self.next_count = new, n, old, 0
+        self.bodies.force[: self.count] = 0
+        self.time, self.steps, self.last_h = self.time + h, self.steps + 1, h
+        self.remember()
+
+    # Copies ----------------------------------------------------------------------------------------------------------
+
+    def copy(self) -> State:
+        """An independent copy, exact to the bit."""
+        other = object.__new__(State)
+        other.__dict__.update(self.__dict__)
+        other.environment = replace(self.environment)
+        other.bodies, other.colliders = copy_rows(self.bodies), copy_rows(self.colliders)
+        other.table = self.table.copy()
+        other.manifolds = copy_rows(self.manifolds)
+        other.began, other.ended = self.began.copy(), self.ended.copy()
+        other._make_buffers()
+        # Writes not yet taken over stay noticeable in the copy.
+        other.remembered = copy_rows(self.remembered)
+        return other
+
+    def __getstate__(self) -> dict[str, Any]:
+        buffers = ("row_buffer", "displacement", "pairs", "contacts", "next_manifolds", "manifold_ended")
+        return {name: value for name, value in self.__dict__.items() if name not in buffers}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        for name in ("bodies", "colliders", "manifolds"):
+            setattr(self, name, copy_rows(getattr(self, name)))  # unpickled arrays are not aligned
+        remembered = copy_rows(self.remembered)
+        self._make_buffers()
+        self.remembered = remembered
+
+    def hash(self) -> str:
+        """A digest of all that decides how the world goes on, except its settings."""
+        digest = hashlib.blake2b(digest_size=16)
+        digest.update(np.array([self.count, self.manifold_count, self.steps], np.int64).tobytes())
+        digest.update(np.array([self.time, self.last_h], np.float64).tobytes())
+        n, m = self.count, self.manifold_count
+        b, c = self.bodies, self.colliders
+        for array in (b.position, b.orientation, b.motion[:, :6], b.force, b.kind, b.mass, b.local_center, b.principal, b.response, b.locks):
+            digest.update(np.ascontiguousarray(array[:n]).tobytes())
+        for array in (c.body, c.material, c.group, c.mask):
+            digest.update(array[:n].tobytes())
+        for array in self.manifolds:
+            digest.update(array[:m].tobytes())
+        return digest.hexdigest()
+
+
+def _keys(manifolds: Manifolds, count: int) -> npt.NDArray[np.int64]:
+    """One number for each pair."""
+    keys: npt.NDArray[np.int64] = (manifolds.a[:count].astype(np.int64) << 32) + manifolds.b[:count]
+    return keys
+
+
+def _without(row: int, pairs: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """The pairs that do not involve a removed row, renumbered."""
+    kept = pairs[(pairs != row).all(axis=1)]
+    return kept - (kept > row)

@@ -1,0 +1,78 @@
+"""One step of the engine: the stages in order, nothing else."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from atlasphys.engine.broadphase import BROADPHASES
+from atlasphys.engine.manifold import update_manifolds
+from atlasphys.engine.narrowphase.dispatch import collide
+from atlasphys.engine.shapes.bounds import update_bounds
+from atlasphys.engine.solvers import SOLVERS
+from atlasphys.engine.state.pose import refresh
+from atlasphys.engine.state.state import State
+
+STAGES = ("broadphase", "narrowphase", "manifold", "islands", "solver", "continuous", "finish")
+
+
+@dataclass(frozen=True, slots=True)
+class Pipeline:
+    """Which algorithm does each stage that offers a choice."""
+
+    broadphase: str
+    narrowphase: str
+    solver: str
+    solver_settings: Any
+
+
+class DivergedError(ArithmeticError):
+    """A step gave non-finite numbers; ``rows`` says in which bodies."""
+
+    def __init__(self, rows: list[int]) -> None:
+        super().__init__(f"rows {rows} became non-finite")
+        self.rows = rows
+
+
+class Profile(dict[str, float]):
+    """Seconds spent in each stage of a step."""
+
+    def __init__(self) -> None:
+        super().__init__(dict.fromkeys(STAGES, 0.0))
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Add the time of the block to the stage ``name``."""
+        start = time.perf_counter()
+        yield
+        self[name] += time.perf_counter() - start
+
+
+def step(state: State, pipeline: Pipeline, h: float) -> Profile:
+    """Advance ``state`` by h seconds, or, if anything goes wrong, leave it as it was and raise."""
+    profile = Profile()
+    try:
+        with profile.stage("broadphase"):
+            shapes, margin = state.table.arrays, state.tolerances.margin
+            refresh(state.bodies, 0, state.count)
+            update_bounds(state.bodies, state.colliders, shapes, state.count, margin)
+            find_pairs = BROADPHASES[pipeline.broadphase]
+            state.pairs, count = find_pairs(state.bodies, state.colliders, shapes, state.count, state.pairs)
+        with profile.stage("narrowphase"):
+            pairs = state.pairs[:count]
+            state.contacts = collide(
+                state.bodies, state.colliders, shapes, pairs, pipeline.narrowphase, margin, state.contacts
+            )
+        with profile.stage("manifold"):
+            update_manifolds(state, count)
+        with profile.stage("solver"):
+            SOLVERS[pipeline.solver].advance(state, pipeline.solver_settings, h)
+        with profile.stage("finish"):
+            if len(rows := state.diverged_rows()):
+                raise DivergedError(rows.tolist())
+            state.complete_step(h)
+    except BaseException:  # an interrupt by the user as well
+        state.roll_back()
+        raise
+    return profile
