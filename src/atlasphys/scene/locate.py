@@ -128,7 +128,7 @@ class Locations:
         if self._is_json and path in self.spans:
             self.repeated.append(path)
         self.spans[path] = (start, end)
-        for length in range(1, len(path)):  # tables and arrays that only headers imply
+        for length in range(1, 0 if self._is_json else len(path)):  # tables and arrays that only headers imply
             self.spans.setdefault(path[:length], (start, end))
 
     def _skip(self, token: str) -> bool:

@@ -14,7 +14,7 @@ from atlasphys.scene.faults import Source, faults_of
 from atlasphys.scene.schema import VERSION, BodyModel, SceneModel
 
 if TYPE_CHECKING:
-    from atlasphys.world import World
+    from atlasphys.world.world import World
 
 
 class Scene:
@@ -67,9 +67,9 @@ class Scene:
     @classmethod
     def from_world(cls, world: World, *, name: str | None = None, description: str | None = None) -> Scene:
         """The scene of a world as it is now: its settings and bodies, without the impulses kept for warm starting."""
-        from atlasphys.scene.build import describe_bodies, describe_world
+        from atlasphys.scene.build import describe_body, describe_world
 
-        return cls(describe_bodies(world), world=describe_world(world), name=name, description=description)
+        return cls(map(describe_body, world.bodies), world=describe_world(world), name=name, description=description)
 
     @property
     def name(self) -> str:
@@ -111,7 +111,8 @@ class Scene:
 
     def data(self) -> dict[str, Any]:
         """The scene in the form of the schema: what was given, in the order of the schema."""
-        return self.model.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+        data = self.model.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+        return {key: value for key, value in data.items() if value not in ({}, [])}
 
     def save(self, path: str | Path) -> None:
         """Write the scene to a file: JSON if its name ends so, else TOML. Reading it gives an equal scene, to the bit.

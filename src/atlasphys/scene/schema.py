@@ -8,7 +8,18 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, Strict, StringConstraints, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    Strict,
+    StringConstraints,
+    ValidationError,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
 
 from atlasphys.engine.shapes.shape import Shape
 
@@ -25,6 +36,29 @@ Text = Annotated[str, Strict()]
 Name = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200)]
 Vector = Annotated[tuple[Real, ...], Field(min_length=3, max_length=3)]
 Quaternion = Annotated[tuple[Real, ...], Field(min_length=4, max_length=4)]
+
+
+def _either(wanted: str) -> WrapValidator:
+    """One message for a value of several forms, in place of one for each form."""
+
+    def validate(value: object, validate_forms: ValidatorFunctionWrapHandler) -> object:
+        try:
+            return validate_forms(value)
+        except ValidationError:
+            raise PydanticCustomError("either", "Input should {wanted}", {"wanted": wanted}) from None
+
+    return WrapValidator(validate)
+
+
+Inertia = Annotated[
+    Vector | Annotated[tuple[Vector, ...], Field(min_length=3, max_length=3)],
+    _either("be three moments, or three rows of three numbers"),
+]
+Color = Annotated[
+    Annotated[str, Strict(), StringConstraints(pattern="^#[0-9a-fA-F]{6}$")]
+    | Annotated[tuple[Annotated[Real, Field(ge=0, le=1)], ...], Field(min_length=3, max_length=3)],
+    _either("be '#rrggbb', or three numbers from 0 to 1"),
+]
 
 
 class Model(BaseModel):
@@ -203,8 +237,8 @@ class BodyModel(Model):
     """Mass [kg], instead of a density."""
     density: Positive | None = None
     """Density [kg/m³]. Default, where no mass is given: 1000."""
-    inertia: Vector | tuple[Vector, Vector, Vector] | None = None
-    """Principal moments of inertia, or the inertia tensor, about the centre of mass [kg m²]. Default: that of the shape."""
+    inertia: Inertia | None = None
+    """Three moments about the shape's axes, or the inertia tensor, about the centre of mass [kg m²]. Default: that of the shape."""
     friction: NotNegative | None = None
     """Coefficient of Coulomb friction. Default: 0.5."""
     restitution: Annotated[Real, Field(ge=0, le=1)] | None = None
@@ -219,14 +253,14 @@ class BodyModel(Model):
     """Rate at which angular velocity decays [1/s]. Default: 0."""
     gravity_scale: Real | None = None
     """Factor on the world's gravity. Default: 1."""
-    locks: Text | tuple[Text, ...] | None = None
-    """Motion that is not possible. Default: none."""
+    locks: tuple[Literal["x", "y", "z", "rx", "ry", "rz"], ...] | None = None
+    """Axes of the world along which (x, y, z) or about which (rx, ry, rz) the body cannot move. Default: none."""
     group: Whole | None = None
     """Collision groups of the body, as bits. Default: 1."""
     mask: Whole | None = None
     """Groups that the body collides with, as bits. Default: all."""
-    color: Text | Vector | None = None
-    """Colour, for viewers."""
+    color: Color | None = None
+    """For pictures: ``"#rrggbb"``, or red, green and blue from 0 to 1."""
 
 
 class WorldModel(Model):
@@ -238,20 +272,30 @@ class WorldModel(Model):
     """Named choice of stages, such as ``classic``."""
     solver: Text | None = None
     """Name of the solver."""
+    solver_settings: dict[Text, Flag | Whole | Real | Text] | None = None
+    """Settings of the solver that is named, such as ``iterations``."""
     narrowphase: Text | None = None
     """Method for pairs of convex shapes."""
     broadphase: Text | None = None
     """Method that finds candidate pairs."""
+    position_correction: Text | None = None
+    """How overlap is removed: ``projection`` or ``baumgarte``."""
+    substeps: Whole | None = None
+    """Solver steps per step."""
+    threads: Whole | None = None
+    """Number of threads."""
+    sleeping: Flag | None = None
+    """Whether resting bodies are left out of the computation until something disturbs them."""
     precision: Literal["single", "double"] | None = None
     """Precision of everything but positions, which are always double. Default: single."""
     length_unit: Positive | None = None
     """Typical size of a body [m], by which tolerances scale. Default: 1."""
     restitution_threshold: NotNegative | None = None
-    """Speed of approach below which nothing bounces [m/s]. Default: 1."""
+    """Speed of approach below which nothing bounces [m/s]. Default: 1 × ``length_unit``."""
     friction_combine: Text | None = None
-    """How the friction of two bodies makes that of their contact."""
+    """How the friction of two bodies makes that of their contact. Default: geometric_mean."""
     restitution_combine: Text | None = None
-    """How the restitution of two bodies makes that of their contact."""
+    """How the restitution of two bodies makes that of their contact. Default: max."""
 
 
 class SceneModel(Model):
