@@ -1,0 +1,46 @@
+"""Any two convex shapes: GJK between the cores, EPA where the cores overlap, then clipping."""
+
+import numpy as np
+
+from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.math import vec
+from atlasphys.engine.narrowphase.clip import FACE_PREFERENCE, clip_scratch, write_contact
+from atlasphys.engine.narrowphase.epa import epa, polytope_scratch
+from atlasphys.engine.narrowphase.gjk import SEPARATED, gjk
+from atlasphys.engine.narrowphase.pair import place
+from atlasphys.engine.shapes.support import rounding
+
+
+@routine
+def core_contact(shapes, pair, limit, simplex, polytope):
+    """Signed distance of two cores.
+
+    Returns:
+        ``normal, distance, on_a, on_b``: the unit normal from a to b, the distance (negative: overlap), and the points that are nearest
+        or overlap most. Distances above ``limit`` are only known to be above it.
+    """
+    status, v, on_a, count = gjk(shapes, pair, pair[4], limit, simplex)
+    if status == SEPARATED:
+        distance = vec.length(v)
+        normal = vec.scale(v, type(distance)(-1) / distance)
+    else:
+        normal, depth, on_a = epa(shapes, pair, simplex, count, pair[4], polytope)
+        distance = -depth
+    return normal, distance, on_a, vec.add_scaled(on_a, normal, distance)
+
+
+@kernel
+def convex_convex(rows, bodies, colliders, shapes, margin, contacts):
+    """Contacts of pairs of convex shapes of any kind."""
+    real = contacts.depth.dtype.type
+    margin = real(margin)
+    bias = real(FACE_PREFERENCE) * margin
+    simplex = np.empty((4, 7), contacts.depth.dtype)
+    polytope = polytope_scratch(contacts.depth.dtype)
+    scratch = clip_scratch(shapes, contacts.depth.dtype)
+    for p in rows:
+        pair, target = place(bodies, colliders, shapes, contacts, p)
+        limit = margin + rounding(shapes, pair[0]) + rounding(shapes, pair[1])
+        normal, distance, on_a, on_b = core_contact(shapes, pair, limit, simplex, polytope)
+        if distance < limit:
+            write_contact(shapes, contacts, target, pair, normal, distance, on_a, on_b, bias, margin, scratch)
