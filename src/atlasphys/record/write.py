@@ -75,13 +75,18 @@ class Recorder:
             raise RecordingError(f"{self.path}: cannot be written: {_reason(error)}") from None
         self._file = h5py.File(self._journal, "r+")
 
+    @property
+    def closed(self) -> bool:
+        """Whether the recording is closed."""
+        return not self._file
+
     def record(self) -> None:
         """Record the world as it is now.
 
         Raises:
             RecordingError: the file can no longer be written, for one because the disk is full; it keeps the steps that had reached it.
         """
-        if not self._file:
+        if self.closed:
             raise RecordingError(f"{self.path}: the recording is closed")
         bodies = self._world.bodies
         ids = bodies._column("id")
@@ -103,7 +108,7 @@ class Recorder:
         Raises:
             RecordingError: as :meth:`record`.
         """
-        if self._file:
+        if not self.closed:
             self._commit()
             self._close()
 

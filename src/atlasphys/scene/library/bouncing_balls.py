@@ -12,7 +12,7 @@ from atlasphys.scene.library.parts import Layout, ground, sphere
 def bouncing_balls(
     count: Annotated[int, Field(ge=2, le=100)] = 6, height: Annotated[float, Field(ge=0, le=1000)] = 4.0
 ) -> Layout:
-    """Balls of restitution from 0 to 1 fall side by side; each rises to restitution² times its height."""
+    """Balls of restitution from 0 to 1 fall side by side."""
     balls = (
         sphere(0.5, (1.5 * (k - 0.5 * (count - 1)), height + 0.5, 0), restitution=k / (count - 1), name=f"ball {k}")
         for k in range(count)

@@ -17,7 +17,7 @@ def card_house(
     lean: Annotated[float, Field(ge=5, le=40)] = 20.0,
     friction: Annotated[float, Field(ge=0, le=10)] = 0.8,
 ) -> Layout:
-    """Pairs of cards lean on each other, `lean` degrees from upright, with level cards between the storeys."""
+    """Pairs of cards lean on each other, with level cards between storeys."""
     s, c = sine(lean), cosine(lean)
     size = (THICKNESS, LENGTH, WIDTH)
     rise = LENGTH * c + THICKNESS * s  # of a leaning card

@@ -10,7 +10,7 @@ from atlasphys.scene.library.parts import Body, Layout, box, ground, sphere
 
 
 def demo(pairs: Annotated[int, Field(ge=1, le=500)] = 4) -> Layout:
-    """Cubes and spheres fall on a plane, one after another, on a heap."""
+    """Cubes and spheres fall one after another on a plane."""
     bodies: list[Body] = [ground()]
     for k in range(pairs):
         bodies.append(box((1, 1, 1), (0.25 * (k % 3), 1.0 + 2.5 * k, 0.0), name=f"cube {k}"))

@@ -10,7 +10,7 @@ from atlasphys.scene.library.parts import Layout, box, ground
 
 
 def heavy_on_light(ratio: Annotated[float, Field(ge=1, le=1e6)] = 100.0) -> Layout:
-    """A cube rests on one that is `ratio` times lighter, and should not press it into the ground."""
+    """A cube rests on one that is `ratio` times lighter."""
     return Layout(
         [
             ground(),

@@ -12,7 +12,7 @@ from atlasphys.scene.library.parts import Layout, Vector, body, box, cosine, sin
 def incline(
     angle: Annotated[float, Field(ge=0, le=80)] = 25.0, friction: Annotated[float, Field(ge=0, le=10)] = 0.5
 ) -> Layout:
-    """A block stays on a slope if tan(angle) is at most the friction; a ball and a cylinder roll down."""
+    """A block that slides if tan(angle) > friction; a ball and a cylinder roll."""
     s, c = sine(angle), cosine(angle)
 
     def resting(height: float, z: float) -> Vector:

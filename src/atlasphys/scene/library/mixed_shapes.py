@@ -22,7 +22,7 @@ SHAPES: list[tuple[str, dict[str, Any]]] = [
 def mixed_shapes(
     count: Annotated[int, Field(ge=1, le=5000)] = 36, seed: Annotated[int, Field(ge=0, le=2**32)] = 1
 ) -> Layout:
-    """Spheres, boxes, capsules, cylinders, cones and hulls fall into a pit, turned at random."""
+    """Shapes of all kinds, turned at random, fall into a pit."""
     number = random.Random(seed).random
     bodies = pit(4.0, 3.0)
     for k in range(count):

@@ -14,7 +14,7 @@ def newtons_cradle(
     moving: Annotated[int, Field(ge=1, le=49)] = 1,
     speed: Annotated[float, Field(gt=0, le=20)] = 2.0,
 ) -> Layout:
-    """Elastic balls float in a row, without gravity; those that arrive on the left send as many off on the right."""
+    """Elastic balls float in a row: as many leave as arrive."""
     # The gaps are wider than the way of a ball in a step plus the margin: each collision happens by itself.
     gap = 0.1 + speed / 60
     arriving = min(moving, balls - 1)

@@ -20,7 +20,7 @@ SOLIDS: list[tuple[str, str, dict[str, Any]]] = [
 
 
 def polyhedra(copies: Annotated[int, Field(ge=1, le=200)] = 2) -> Layout:
-    """Every solid of the second version falls on a plane: cube, prism, tetrahedron, three pyramids, octahedron."""
+    """Every solid of the articles' second version falls on a plane."""
     bodies: list[Body] = [ground()]
     for copy in range(copies):
         for k, (name, kind, sizes) in enumerate(SOLIDS):

@@ -10,7 +10,7 @@ from atlasphys.scene.library.parts import Layout, box, ground
 
 
 def pyramid(base: Annotated[int, Field(ge=1, le=200)] = 20, gap: Annotated[float, Field(ge=0, le=0.5)] = 0.1) -> Layout:
-    """Rows of unit cubes, each row one shorter than the one below, should stand."""
+    """Rows of unit cubes, each row one shorter than the one below."""
     spacing = 1.0 + gap
     return Layout(
         [

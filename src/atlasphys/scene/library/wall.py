@@ -17,7 +17,7 @@ def wall(
     rows: Annotated[int, Field(ge=1, le=100)] = 8,
     ball_speed: Annotated[float, Field(ge=0, le=100)] = 15.0,
 ) -> Layout:
-    """A heavy ball hits a brick wall laid in running bond; with ball_speed=0 the wall stands."""
+    """A heavy ball hits a brick wall, which stands with ball_speed=0."""
     spacing = LENGTH + 0.02
     bodies: list[Body] = [ground()]
     for row in range(rows):
