@@ -55,10 +55,11 @@ class Display:
             detail = f"{now.bodies} bodies, {now.contacts} contacts, {speed:.3g} × real time"
         elif now.phase == "first step" and waited > LONG:
             compiled = self._compiled()
-            doing = f"compiling kernels, first run only: {compiled} done" if compiled else "loading kernels"
+            compiling = compiled > 0 or self._compiled_before == 0
+            doing = f"compiling kernels, first run only: {compiled} done" if compiling else "loading kernels"
             title, detail = f"{doing}, {waited:.0f} s", ""
-            if compiled and not self._said_waiting and not self._console.is_terminal:
-                self._console.print("compiling kernels: this takes a while on the first run only", highlight=False)
+            if compiling and not self._said_waiting and not self._console.is_terminal:
+                self._console.print("compiling kernels: this takes a while, on the first run only", highlight=False)
                 self._said_waiting = True
         else:
             title, detail = "starting", ""

@@ -28,7 +28,7 @@ class Progress:
     """How far the run is; written by its thread and read by the display."""
 
     phase: str = "starting"
-    """``starting``, ``first step``, ``running`` or ``done``."""
+    """``starting`` (imports), ``first step`` (kernels are compiled or loaded), ``running`` or ``done``."""
     steps: int = 0
     contacts: int = 0
     bodies: int = 0
@@ -93,12 +93,12 @@ class Simulation(threading.Thread):
     def _simulate(self) -> None:
         from atlasphys.record.write import Recorder
 
+        self.progress.phase = "first step"
         world = self.world = self.scene.build(**self.settings)
         self.progress.bodies = len(world.bodies)
         self.begin = Start(world.bodies.position.copy(), world.energy())
         if self.record_path is not None:
             self.recorder = Recorder(self.record_path, world, self.scene)
-        self.progress.phase = "first step"
         for step in range(self.steps):
             if self.stop.is_set():
                 return
