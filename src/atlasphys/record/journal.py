@@ -51,7 +51,7 @@ class JournaledFile(io.RawIOBase):
             entries = b"".join(_ENTRY.pack(page, bytes(data)) for page, data in sorted(self._pages.items()))
             numbers = struct.pack("<QQ", len(self._pages), self._size)
             footer = _FOOTER.pack(_MAGIC, len(self._pages), self._size, zlib.crc32(numbers, zlib.crc32(entries)))
-            start = max(self._size, self._committed)
+            start = -(-max(self._size, self._committed) // PAGE) * PAGE  # behind the last page that is written below
             self._write_at(start, entries + footer)
             self._whole = start + len(entries) + len(footer)
             for page, data in self._pages.items():
@@ -102,7 +102,7 @@ class JournaledFile(io.RawIOBase):
 
     def write(self, data: memoryview) -> int:  # type: ignore[override]
         view = memoryview(data).cast("B")
-        if self._abandoned:
+        if self._abandoned or not len(view):
             return len(view)
         old_pages = -(-self._committed // PAGE)
         done = 0

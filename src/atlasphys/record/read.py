@@ -100,6 +100,8 @@ class Recording:
     @contextmanager
     def _reading(self) -> Iterator[None]:
         """Say whose fault it is when HDF5 cannot make sense of the file."""
+        if not getattr(self, "_file", True):
+            raise RecordingError(f"{self.path}: is closed")
         try:
             yield
         except RecordingError:
@@ -110,8 +112,6 @@ class Recording:
                 reason = "is no recording: it is not an HDF5 file"
             elif "truncated file" in text:
                 reason = "is cut short, perhaps by a copy that did not finish"
-            elif "Invalid" in text and not getattr(self, "_file", True):
-                reason = "is closed"
             else:
                 reason = f"is damaged: {text}"
             raise RecordingError(f"{self.path}: {reason}") from None
@@ -120,7 +120,10 @@ class Recording:
     def bodies(self) -> tuple[dict[str, Any], ...]:
         """Every body that was ever recorded, in the form of a scene file, as it was at its first recorded step."""
         with self._reading():
-            return tuple(json.loads(text) for text in self._file["bodies"][:])
+            bodies = tuple(json.loads(text) for text in self._file["bodies"][:])
+            if not all(isinstance(body, dict) for body in bodies):
+                raise ValueError("a body is not described by an object")
+        return bodies
 
     @property
     def names(self) -> list[str | None]:
@@ -131,8 +134,8 @@ class Recording:
     def scene(self) -> Scene:
         """The scene that the world was built from."""
         with self._reading():
-            text = self._file["scene"].asstr()[()]
-        return Scene.from_data(json.loads(text), Source(str(self.path)))
+            data = json.loads(self._file["scene"][()])
+        return Scene.from_data(data, Source(str(self.path)))
 
     def __len__(self) -> int:
         return len(self.times)

@@ -170,7 +170,7 @@ def _empty_recording(scene: Scene) -> bytes:
 
     image = io.BytesIO()
     text = h5py.string_dtype()
-    packed: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+    packed: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "shuffle": True, "fletcher32": True}
     with h5py.File(image, "w") as file:
         file.attrs.update({"format": FORMAT, "version": VERSION, "atlasphys": __version__})
         file.create_dataset("scene", data=json.dumps(scene.data()), dtype=text)
