@@ -83,7 +83,14 @@ def argument_fault(path: Path, message: str, known: Iterable[str]) -> Fault:
 
 def faults_of(error: ValidationError, root: type[BaseModel] = SceneModel) -> list[Fault]:
     """The faults that pydantic found in the data of a scene, or of another model."""
-    return list(dict.fromkeys(_fault(details, root) for details in error.errors(include_url=False)))
+    found = [details for details in error.errors(include_url=False) if not _repeats(details)]
+    return list(dict.fromkeys(_fault(details, root) for details in found))
+
+
+def _repeats(details: ErrorDetails) -> bool:
+    """Whether an array is called too short only because some of its entries are wrong, which are faults of their own."""
+    wanted = details.get("ctx", {}).get("min_length")
+    return details["type"] == "too_short" and isinstance(details["input"], list | tuple) and len(details["input"]) >= wanted
 
 
 def _fault(details: ErrorDetails, root: type[BaseModel]) -> Fault:

@@ -301,7 +301,7 @@ class WorldModel(Model):
 class SceneModel(Model):
     """The contents of a scene file."""
 
-    version: Literal[1]
+    version: Annotated[Whole, Field(ge=VERSION, le=VERSION)]
     """Version of the schema: 1."""
     name: Name | None = None
     """Name of the scene."""
