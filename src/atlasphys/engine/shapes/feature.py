@@ -101,7 +101,7 @@ def supporting_feature(shapes, row, d, points, ids):
     Args:
         shapes: table of shapes.
         row: the shape's row.
-        d: direction in the shape's own frame, of any length.
+        d: direction in the shape's own frame; not necessarily of unit length, but its square must be a normal number.
         points: (FEATURE_POINTS, 3) or longer, written: 1 vertex, 2 ends of an edge, or a face's corners
             counter-clockwise as seen from outside, in the shape's own frame [m].
         ids: (FEATURE_POINTS,) or longer, written: the points' id numbers.

@@ -239,6 +239,7 @@ def _hull(points: Points) -> tuple[Points, Faces]:
         if len(kept) < 4:
             raise InvalidArgumentError(_UNCLEAR)
         points, scaled = points[kept], scaled[kept]
+    _refuse_flat(points, FLAT * extent)  # what was dropped may have been all that was thick
     faces = [loop[loop.index(min(loop)) :] + loop[: loop.index(min(loop))] for loop in loops]
     return points, sorted(tuple(face) for face in faces)
 

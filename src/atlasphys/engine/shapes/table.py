@@ -83,7 +83,7 @@ class ShapeTable:
             self._arrays = None
         return row
 
-    def copy(self) -> "ShapeTable":
+    def copy(self) -> ShapeTable:
         """An independent table of the same shapes in the same rows."""
         other = ShapeTable(self._real)
         other._rows, other._polyhedra, other._arrays = dict(self._rows), list(self._polyhedra), self._arrays

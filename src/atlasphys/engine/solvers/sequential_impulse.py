@@ -55,6 +55,14 @@ class SequentialImpulse:
     warm_starting: bool = True
 
 
+INNER_SWEEPS = 3
+"""Sweeps over the normal impulses of one manifold each time it is visited. With 1 a tower of ten leans within seconds, for its
+impulses lag behind the shifting load; 3 cost a quarter more and hold it to a fraction of a millimetre."""
+
+BOUNCING_SWEEPS = 50
+"""The same where the pair can bounce. Restitution conserves or loses energy only as far as the impulses are solved for: with 3 sweeps
+elastic boxes that meet face to face gain up to 2e-4 of their energy."""
+
 # Columns of a point's constraint row. Point k of manifold i has row 4 i + k.
 ANGULAR_A, ANGULAR_B = 0, 3  # I_a⁻¹ (r_a × n), I_b⁻¹ (r_b × n)
 NORMAL_MASS, TARGET = 6, 7  # 1 / k; least relative normal velocity asked for
@@ -73,7 +81,7 @@ FRAME_COLUMNS = 16
 
 
 @routine
-def prepare(motion, inverse_mass, pairs, manifolds, count, frames, points, ratio):
+def prepare(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks, ratio):
     """Effective masses of every contact point, tangents, and last step's impulses scaled by ``ratio`` (0: start from none)."""
     real = type(ratio)
     one, zero = real(1), real(0)
@@ -99,6 +107,11 @@ def prepare(motion, inverse_mass, pairs, manifolds, count, frames, points, ratio
             points[p, 3], points[p, 4], points[p, 5] = angular_b
             mass = m_n + vec.dot(arm_a, angular_a) + vec.dot(arm_b, angular_b)
             points[p, NORMAL_MASS] = one / mass if mass > 0 else zero
+            for j in range(k + 1):
+                q = 4 * i + j
+                other_a, other_b = vec.load(points, q), (points[q, 3], points[q, 4], points[q, 5])
+                entry = m_n + vec.dot(arm_a, other_a) + vec.dot(arm_b, other_b)
+                blocks[i, 4 * k + j] = blocks[i, 4 * j + k] = entry
             k11, k12, k22 = tangent_matrix(r_a, i_a, t1, t2)
             l11, l12, l22 = tangent_matrix(r_b, i_b, t1, t2)
             inverse = invert_2x2(m11 + k11 + l11, m12 + k12 + l12, m22 + k22 + l22)
@@ -167,6 +180,10 @@ def set_targets(motion, pairs, manifolds, count, points, h, bias, slop, max_corr
             target = -gap / h if gap > 0 else bias * min(max(-gap - slop, real(0)), max_correction)
             if restitution > 0 and approach > threshold and gap + speed * h < 0:
                 target = max(target, bounce_speed(restitution, approach, (-speed - approach) / h, gap, h))
+            elif restitution > 0 and approach < -threshold:
+                # Moreau's form of the law holds for contacts that part as well. Asking for no approach instead, where another
+                # impact pushes the pair back together, can gain energy.
+                target = min(target, restitution * approach)
             points[p, TARGET] = target
 
 
@@ -215,7 +232,7 @@ def combined(u, x, v, y, w, z):
 
 
 @routine
-def sweep(motion, inverse_mass, pairs, manifolds, count, frames, points):
+def sweep(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks, excess, change):
     """One Gauss–Seidel sweep: friction, then the normal impulses, which have the last word since they keep bodies apart."""
     for i in range(count):
         a, b = pairs[i, BODY_A], pairs[i, BODY_B]
@@ -254,18 +271,30 @@ def sweep(motion, inverse_mass, pairs, manifolds, count, frames, points):
                 impulse = vec.add_scaled(vec.scale(t1, new1 - old1), t2, new2 - old2)
                 v_a, w_a, v_b, w_b = push(v_a, w_a, m_a, i_a, r_a, v_b, w_b, m_b, i_b, r_b, impulse)
 
-        for k in range(manifolds.count[i]):
-            p = 4 * i + k
+        # The normal impulses of one manifold as a block: its velocities once, inner sweeps on the block's own matrix, then the sum.
+        number = manifolds.count[i]
+        for k in range(number):
             r_a, r_b = vec.load_at(manifolds.anchor_a, i, k), vec.load_at(manifolds.anchor_b, i, k)
-            speed = vec.dot(n, relative_velocity(v_a, w_a, r_a, v_b, w_b, r_b))
-            old = manifolds.normal_impulse[i, k]
-            new = max(old - points[p, NORMAL_MASS] * (speed - points[p, TARGET]), zero)
-            manifolds.normal_impulse[i, k] = new
-            change = new - old
-            impulse = vec.scale(n, change)
-            v_a, v_b = vec.sub(v_a, weighted(m_a, impulse)), vec.add(v_b, weighted(m_b, impulse))
-            w_a = vec.add_scaled(w_a, vec.load(points, p), -change)
-            w_b = vec.add_scaled(w_b, (points[p, 3], points[p, 4], points[p, 5]), change)
+            v = relative_velocity(v_a, w_a, r_a, v_b, w_b, r_b)
+            excess[k] = vec.dot(n, v) - points[4 * i + k, TARGET]
+            change[k] = zero
+        sweeps = 1 if number == 1 else (INNER_SWEEPS if manifolds.material[i, 1] == 0 else BOUNCING_SWEEPS)
+        for _ in range(sweeps):
+            for k in range(number):
+                old = manifolds.normal_impulse[i, k]
+                new = max(old - points[4 * i + k, NORMAL_MASS] * excess[k], zero)
+                manifolds.normal_impulse[i, k] = new
+                change[k] += new - old
+                for j in range(number):
+                    excess[j] += blocks[i, 4 * k + j] * (new - old)
+        total = zero
+        for k in range(number):
+            p = 4 * i + k
+            total += change[k]
+            w_a = vec.add_scaled(w_a, vec.load(points, p), -change[k])
+            w_b = vec.add_scaled(w_b, (points[p, 3], points[p, 4], points[p, 5]), change[k])
+        impulse = vec.scale(n, total)
+        v_a, v_b = vec.sub(v_a, weighted(m_a, impulse)), vec.add(v_b, weighted(m_b, impulse))
         store_velocity(motion, a, v_a, w_a)
         store_velocity(motion, b, v_b, w_b)
 
@@ -287,23 +316,23 @@ def store_impulses(manifolds, count, frames, points):
 
 @kernel
 def solve(
-    bodies, body_count, colliders, manifolds, count, pairs, frames, points, displacement,
+    bodies, body_count, colliders, manifolds, count, pairs, frames, points, blocks, excess, change, displacement, spin_change,
     gravity, h, ratio, iterations, position_iterations, bias, position_rate, threshold, tolerances,
 ):  # fmt: skip
     """One step of length h for all bodies: velocities, then positions."""
     motion, inverse_mass = bodies.motion, bodies.inverse_mass
     for i in range(count):
         pairs[i, BODY_A], pairs[i, BODY_B] = colliders.body[manifolds.a[i]], colliders.body[manifolds.b[i]]
-    prepare(motion, inverse_mass, pairs, manifolds, count, frames, points, ratio)
+    prepare(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks, ratio)
     integrate_velocities(bodies, body_count, gravity, h)
     set_targets(motion, pairs, manifolds, count, points, h, bias, tolerances.slop, tolerances.max_correction, threshold)
     warm_start(motion, inverse_mass, pairs, manifolds, count, frames, points)
     for _ in range(iterations):
-        sweep(motion, inverse_mass, pairs, manifolds, count, frames, points)
+        sweep(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks, excess, change)
     store_impulses(manifolds, count, frames, points)
     integrate_positions(bodies, body_count, h)
     project_positions(
-        bodies, body_count, pairs, manifolds, count, points, displacement,
+        bodies, body_count, pairs, manifolds, count, points, displacement, spin_change,
         position_iterations, position_rate, tolerances.slop, tolerances.max_correction,
     )  # fmt: skip
     place_origins(bodies, body_count)
@@ -317,10 +346,12 @@ def advance(state: State, settings: SequentialImpulse, h: float) -> None:
     capacity = max(state.next_count, 1)
     frames = np.empty((capacity, FRAME_COLUMNS), state.real)
     points = np.empty((4 * capacity, POINT_COLUMNS), state.real)
+    blocks = np.empty((capacity, 16), state.real)
+    excess, change = np.empty((2, 4), state.real)
     pairs = np.empty((capacity, 2), np.int32)
     solve(
         state.bodies, state.count, state.colliders, state.next_manifolds, state.next_count,
-        pairs, frames, points, state.displacement,
+        pairs, frames, points, blocks, excess, change, state.displacement, state.spin_change,
         tuple(real(g) for g in environment.gravity),
         real(h),
         real(h / state.last_h if settings.warm_starting and state.last_h > 0 else 0.0),
