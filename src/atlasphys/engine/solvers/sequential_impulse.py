@@ -146,9 +146,9 @@ def bounce_speed(restitution, approach, acceleration, gap, h):
     """Speed of separation after an impact that happens within this step; negative if the bounce is too weak to be resolved.
 
     ``approach`` is the speed of approach at the start of the step, ``acceleration`` that at which it grows. Semi-implicit Euler in a
-    uniform field keeps E = ½ v² + g y − ½ g h v, not ½ v² + g y. Impact speed S at gap 0 and speed u after the bounce at the present
-    gap follow from that quantity, so that apexes fall by e² a bounce, with an error of second order in h instead of first:
-    S² = s² + g h s + 2 g gap and ½ u² − ½ g h u + g gap = ½ e² S².
+    uniform field keeps E = ½ v² + g y − ½ g h v, not ½ v² + g y. Impact speed S at gap 0 follows from it, S² = s² + g h s + 2 g gap; and so
+    does the speed u with which the step, begun at the present gap, must end at gap + h u: ½ u² + ½ g h u + g gap = ½ e² S². Apexes
+    then fall by e² a bounce, with an error of second order in h instead of first.
     """
     real = type(h)
     half_gain = real(0.5) * acceleration * h
@@ -159,7 +159,7 @@ def bounce_speed(restitution, approach, acceleration, gap, h):
     bounce = restitution * restitution * impact
     if bounce <= real(4) * half_gain * half_gain and acceleration != 0:
         return real(-1)
-    return half_gain + math.sqrt(max(bounce + half_gain * half_gain - real(2) * acceleration * gap, real(0)))
+    return math.sqrt(max(bounce + half_gain * half_gain - real(2) * acceleration * gap, real(0))) - half_gain
 
 
 @routine
