@@ -1,4 +1,5 @@
-"""A sphere and a capsule: two balls, the second about the point of the capsule's segment closest to the sphere's centre."""
+"""A sphere and a capsule: two balls, the second about the point of the capsule's segment closest to the sphere's
+centre."""
 
 from atlasphys.engine.jit import kernel
 from atlasphys.engine.math import vec
