@@ -1,4 +1,4 @@
-"""What contacts must be besides deep enough: symmetric, steady, on both surfaces, independent of where in the world they are."""
+"""What contacts must be besides deep enough: symmetric, steady, on both surfaces, the same anywhere in the world."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def one(pose: Pose, method: str = "auto", margin: float = 0.02, real: npt.DTypeL
     return contact(contacts_of([pose], real, method, margin), 0, pose)
 
 
-# Known answers ---------------------------------------------------------------------------------------------------------
+# Known answers -------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -76,7 +76,7 @@ def test_features_are_steady_while_a_stack_trembles(method: str) -> None:
 
 
 def test_a_face_is_preferred_to_an_edge_axis_that_is_hardly_better() -> None:
-    # Tilted by 0.4 mm over its width, a cube keeps its face contact; the tilt about two axes brings edge axes near the normal.
+    # Tilted by 0.4 mm over its width, a cube keeps its face contact, though edge axes come near the normal.
     for tilt in itertools.product((-2e-4, 2e-4), repeat=2):
         found = one(placed(CUBE, CUBE, (0.3, 0.999, 0.2), rotation((1, tilt[0], 0.3, tilt[1]))))
         assert found.normal.tolist() == [0.0, 1.0, 0.0]
@@ -117,17 +117,9 @@ def test_parallel_capsules_touch_at_both_ends_of_what_they_share() -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_capsule_lies_on_a_box_at_two_points(method: str) -> None:
-    found = one(
-        placed(Capsule(0.25, 1.0), Box((4.0, 1.0, 4.0)), (0.0, -0.74, 0.0)).__class__(
-            Capsule(0.25, 1.0),
-            Box((4.0, 1.0, 4.0)),
-            np.zeros(3),
-            np.array([0, -0.74, 0]),
-            rotation((1, 1, 0, 0)),
-            STILL,
-        ),
-        method,
-    )
+    ground = Box((4.0, 1.0, 4.0))
+    lying = Pose(Capsule(0.25, 1.0), ground, np.zeros(3), np.array([0, -0.74, 0]), rotation((1, 1, 0, 0)), STILL)
+    found = one(lying, method)
     assert found.normal == pytest.approx([0, -1, 0])
     assert found.depth == pytest.approx([0.01, 0.01])
     assert sorted(found.points[:, 2].round(6)) == [-0.5, 0.5]
@@ -163,14 +155,12 @@ def test_planes_are_exact(kind: str, real: npt.DTypeLike) -> None:
 
 def test_a_plane_far_away_is_as_exact_as_one_at_hand() -> None:
     far = np.array([3e6, 0.0, -2e6])
-    pose = Pose(Plane(), CUBE, far * 0, far + [0.0, 0.499, 0.0], STILL, STILL)
+    pose = Pose(Plane(), CUBE, far * 0, far + np.array([0.0, 0.499, 0.0]), STILL, STILL)
     found = one(pose, real=np.float32)
     assert found.depth == pytest.approx([0.001] * 4, abs=1e-7)
 
 
-@pytest.mark.parametrize(
-    ("shape", "number"), [(Cylinder(0.5, 1.0), 8), (Cone(0.5, 1.0), 8), (CUBE, 4), (Capsule(0.5, 1.0), 1)]
-)
+@pytest.mark.parametrize(("shape", "number"), STANDING)
 def test_shapes_stand_on_planes(shape: Shape, number: int) -> None:
     height = float(reach(shape, np.array([0.0, -1.0, 0.0])))
     assert len(one(placed(Plane(), shape, (0.0, height - 0.001, 0.0))).depth) == number
@@ -190,10 +180,9 @@ def test_swapping_a_and_b_flips_the_normal(kind_a: str, kind_b: str) -> None:
         there, back = contacts_of(poses, np.float64, method), contacts_of(swapped, np.float64, method)
         for k, pose in enumerate(poses):
             one_way, other_way = contact(there, k, pose), contact(back, k, swapped[k])
-            assert one_way.normal == pytest.approx(-other_way.normal, abs=1e-6)
-            assert one_way.depth.max() == pytest.approx(other_way.depth.max(), abs=1e-6)
-            if kind_a != kind_b:  # the roles are the same, so the points are too
-                assert sorted(one_way.depth) == pytest.approx(sorted(other_way.depth), abs=1e-6)
+            assert len(one_way.depth) == len(other_way.depth)
+            assert one_way.normal == pytest.approx(-other_way.normal, abs=1e-4)
+            assert sorted(one_way.depth) == pytest.approx(sorted(other_way.depth), abs=1e-5)
 
 
 @pytest.mark.parametrize(("kind_a", "kind_b"), PAIRS)
@@ -206,6 +195,8 @@ def test_contact_points_are_midway_and_both_anchors_are_one_point(kind_a: str, k
     contacts = collide(*state, "auto", 0.01, empty_contacts(1, 1, np.float64))
     for k, pose in enumerate(poses):
         rows = slice(contacts.first[k], contacts.first[k] + contacts.count[k])
+        if contacts.count[k] == 0:
+            continue
         points = contacts.anchor_a[rows] + pose.position_a + offsets[2 * k]
         others = contacts.anchor_b[rows] + pose.position_b + offsets[2 * k + 1]
         assert np.abs(points - others).max() < 1e-14

@@ -1,8 +1,8 @@
 """GJK and EPA, the separating axis test and the exact routines against a dense sweep over directions.
 
-An answer (n, depth) is right exactly if the overlap along n is the depth, and no direction's overlap is less. Both are asked of
-the deepest contact point that :func:`collide` gives, so clipping is tested with them. Where the least depth is not unique this still
-holds, whatever normal was taken.
+An answer (n, depth) is right exactly if the overlap along n is the depth, and no direction's overlap is less. Both are
+asked of the deepest contact point that :func:`collide` gives, so clipping is tested with them. Where the least depth is
+not unique this still holds, whatever normal was taken.
 """
 
 from __future__ import annotations
@@ -36,7 +36,17 @@ def allowed_excess(kind_a: str, kind_b: str, case: str, real: npt.DTypeLike) -> 
     """How much deeper than the least an answer may be, as a part of the pair's size."""
     if case in ("concentric", "identical", "aligned", "deep") and (kind_a in ROUND or kind_b in ROUND):
         return 2e-2  # coaxial round cores: a whole circle of normals is nearly as good (docs/narrowphase.md)
-    return 2e-5
+    return 5e-5 if real is np.float32 else 1e-6
+
+
+def allowed_miss(case: str, real: npt.DTypeLike) -> float:
+    """How far the overlap along the normal may be from the depth, as a part of the pair's size.
+
+    In single precision, cores about 1e-4 of their size apart have a normal that is wrong by as much.
+    """
+    if real is np.float64:
+        return 1e-8
+    return 2e-4 if case == "touching" else 5e-5
 
 
 def check(kind_a: str, kind_b: str, case: str, number: int, real: npt.DTypeLike, seed: int) -> None:
@@ -69,7 +79,7 @@ def check(kind_a: str, kind_b: str, case: str, number: int, real: npt.DTypeLike,
                 )
             )
             deepest = float(found.depth.max())
-            attained = 1e-5 * size + 2.5 * margin * 0.025
+            attained = allowed_miss(case, real) * size + 2.5 * margin * 0.025
             assert abs(h - deepest) < attained, f"depth {deepest}, but overlap {h} along the normal: {where}"
             excess = allowed_excess(kind_a, kind_b, case, real) * size + 1.5 * margin * 0.025
             assert deepest < truth + excess, (

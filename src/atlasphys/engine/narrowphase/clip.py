@@ -222,7 +222,7 @@ def write_edges(
                         middle = vec.add_scaled(vec.scale(vec.add(p, q), half), n, half * (radius_a - radius_b))
                         write_point(contacts, target, middle, point_depth, feature + (SIDE if end == 1 else 0))
                         deepest = max(deepest, point_depth)
-                if deepest >= depth - half * margin:
+                if deepest >= depth - real(2 * FACE_PREFERENCE) * margin:
                     return
                 contacts.count[target[0]] = 0
     middle = vec.add_scaled(vec.scale(vec.add(on_a, on_b), half), n, half * (radius_a - radius_b))
