@@ -125,7 +125,7 @@ def test_a_capsule_lies_on_a_box_at_two_points(method: str) -> None:
     assert sorted(found.points[:, 2].round(6)) == [-0.5, 0.5]
 
 
-# Planes ----------------------------------------------------------------------------------------------------------------
+# Planes --------------------------------------------------------------------------------------------------------------
 
 
 def lowest(shape: Shape, turn: npt.NDArray[np.float64], n: npt.NDArray[np.float64]) -> float:
@@ -160,13 +160,16 @@ def test_a_plane_far_away_is_as_exact_as_one_at_hand() -> None:
     assert found.depth == pytest.approx([0.001] * 4, abs=1e-7)
 
 
+STANDING = [(Cylinder(0.5, 1.0), 8), (Cone(0.5, 1.0), 8), (CUBE, 4), (Capsule(0.5, 1.0), 1)]
+
+
 @pytest.mark.parametrize(("shape", "number"), STANDING)
 def test_shapes_stand_on_planes(shape: Shape, number: int) -> None:
     height = float(reach(shape, np.array([0.0, -1.0, 0.0])))
     assert len(one(placed(Plane(), shape, (0.0, height - 0.001, 0.0))).depth) == number
 
 
-# Properties ------------------------------------------------------------------------------------------------------------
+# Properties ----------------------------------------------------------------------------------------------------------
 
 PAIRS = list(itertools.combinations_with_replacement(KINDS, 2))
 

@@ -46,7 +46,7 @@ def allowed_miss(case: str, real: npt.DTypeLike) -> float:
     """
     if real is np.float64:
         return 1e-8
-    return 2e-4 if case == "touching" else 5e-5
+    return 2e-4 if case in ("touching", "thin") else 5e-5
 
 
 def check(kind_a: str, kind_b: str, case: str, number: int, real: npt.DTypeLike, seed: int) -> None:

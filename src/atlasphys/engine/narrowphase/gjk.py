@@ -177,20 +177,20 @@ def _holds(simplex, count, w):
 def _squared_up(simplex, count, v):
     """v made exactly square to the simplex on which it was found.
 
-    As a weighted sum v is as wrong as its points are: for a small gap, that is a large angle. The simplex's own
-    directions are exact.
+    As a weighted sum v is as wrong as its points are: for a small gap, that is a large angle. The simplex's own directions
+    are wrong by the same, so they are better known than v as long as the simplex is wider than v is long.
     """
-    if count == 2:
-        t = vec.sub(_row(simplex, 1), _row(simplex, 0))
+    a = _row(simplex, 0)
+    t = vec.sub(_row(simplex, 1), a)
+    if count == 2 and vec.length_squared(t) > vec.length_squared(v):
         return vec.add_scaled(v, t, -vec.dot(v, t) / vec.length_squared(t))
     if count == 3:
-        a = _row(simplex, 0)
-        n = vec.cross(vec.sub(_row(simplex, 1), a), vec.sub(_row(simplex, 2), a))
+        u = vec.sub(_row(simplex, 2), a)
+        n = vec.cross(t, u)
         squared = vec.length_squared(n)
-        along = vec.dot(n, a)
-        # A sliver's normal is worse than v.
-        if along * along > type(along)(0.9) * squared * vec.length_squared(v):
-            return vec.scale(n, along / squared)
+        longest = max(vec.length_squared(t), vec.length_squared(u), vec.length_squared(vec.sub(u, t)))
+        if squared > longest * vec.length_squared(v):
+            return vec.scale(n, vec.dot(n, a) / squared)
     return v
 
 
