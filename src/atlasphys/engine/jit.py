@@ -5,12 +5,13 @@ Two decorators:
 - ``@kernel`` marks a function that Python calls. Its machine code is kept in a cache folder between runs.
 - ``@routine`` marks a function that only kernels call. It is compiled into each of them.
 
-Both compile strict IEEE arithmetic (no ``fastmath``, so no fused multiply-add and no reordering): the same bits on every CPU.
-Both release the interpreter lock, check no bounds, and let division by zero give infinity as NumPy does.
+Both compile strict IEEE arithmetic (no ``fastmath``, so no fused multiply-add and no reordering): the same bits on
+every CPU. Both release the interpreter lock, check no bounds, and let division by zero give infinity as NumPy does.
 
-The cache folder's name holds a hash of the kernel's source file and of every engine file that it imports, directly or not.
-Numba itself looks only at the file that holds the kernel, and would run stale code after an edit of a helper elsewhere.
-The folder is ``$ATLASPHYS_CACHE_DIR`` or the user's cache folder, or, where that cannot be written, a temporary one.
+The cache folder's name holds a hash of the kernel's source file and of every engine file that it imports, directly or
+not. Numba itself looks only at the file that holds the kernel, and would run stale code after an edit of a helper
+elsewhere. The folder is ``$ATLASPHYS_CACHE_DIR`` or the user's cache folder, or, where that cannot be written, a
+temporary one.
 """
 
 from __future__ import annotations
@@ -77,7 +78,8 @@ def cache_root() -> Path:
 def kernel(function: Function) -> Function:
     """Compile a function that Python calls, once per combination of argument types, and keep the code between runs."""
     folder = cache_root() / "kernels" / f"{numba.__version__}-{_source_hash(function.__module__)[:16]}"
-    # Numba reads this setting when a function's cache is set up, that is, in this call; other packages' kernels keep theirs.
+    # Numba reads this setting when a function's cache is set up, that is, in this call; other packages' kernels keep
+    # theirs.
     previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
     try:
         return numba.njit(cache=True, no_cfunc_wrapper=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
@@ -93,8 +95,8 @@ def routine(function: Function) -> Function:
 def inlined(function: Function) -> Function:
     """Compile a function into each place where a kernel or routine calls it.
 
-    For small functions of large tables in the innermost loops: each array of a table is nine arguments to pass, which takes
-    longer than the function itself.
+    For small functions of large tables in the innermost loops: each array of a table is nine arguments to pass, which
+    takes longer than the function itself.
     """
     return _routine(function, forceinline=True)
 
