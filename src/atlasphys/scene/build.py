@@ -49,10 +49,16 @@ def build_world(scene: SceneModel, source: Source, settings: dict[str, Any]) -> 
     return world
 
 
+_OF_SOLVER = ("solver", "solver_settings", "position_correction", "substeps")
+_OF_PRESET = (*_OF_SOLVER, "narrowphase", "broadphase")
+"""Settings of a scene that make no sense, or are not wanted, once another solver or preset is asked for."""
+
+
 def _make_world(model: WorldModel, settings: dict[str, Any]) -> World:
-    arguments = model.given() | settings
+    replaced = _OF_PRESET if "preset" in settings else _OF_SOLVER if "solver" in settings else ()
+    arguments = {name: value for name, value in model.given().items() if name not in replaced} | settings
     solver_settings = arguments.pop("solver_settings", None)
-    if solver_settings and "solver" not in settings:
+    if solver_settings:
         solver = arguments.get("solver")
         if solver not in SOLVERS:
             raise InvalidArgumentError(f"solver must be one of {', '.join(SOLVERS)} where it has settings (got {solver!r})")
