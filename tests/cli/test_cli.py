@@ -26,7 +26,9 @@ def environment():
 
 
 def atlasphys(*words, cwd=None):
-    return subprocess.run([*COMMAND, *map(str, words)], capture_output=True, text=True, timeout=300, env=environment(), cwd=cwd)
+    return subprocess.run(
+        [*COMMAND, *map(str, words)], capture_output=True, text=True, timeout=300, env=environment(), cwd=cwd
+    )
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -48,7 +50,10 @@ def test_help_takes_less_than_half_a_second():
 
 
 def test_help_imports_nothing_heavy():
-    code = "import sys; from atlasphys.cli import main; main(['run', '--help']); print([m for m in ('numba', 'numpy', 'h5py', 'pydantic', 'scipy') if m in sys.modules])"
+    code = (
+        "import sys; from atlasphys.cli import main; main(['run', '--help']); "
+        "print([name for name in ('numba', 'numpy', 'h5py', 'pydantic', 'scipy') if name in sys.modules])"
+    )
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment(), timeout=60)
     assert result.stdout.strip().endswith("[]"), result.stdout + result.stderr
 
@@ -57,14 +62,27 @@ def test_run_ends_with_a_table():
     result = atlasphys("run", "tower", "--seconds", 1)
     assert result.returncode == 0
     assert result.stderr == ""
-    for row in ("simulated", "speed", "bodies", "in place", "fell", "at rest", "kinetic energy", "deepest contact", "time per step", "state hash"):
+    for row in (
+        "simulated",
+        "speed",
+        "bodies",
+        "in place",
+        "fell",
+        "at rest",
+        "kinetic energy",
+        "deepest contact",
+        "time per step",
+        "state hash",
+    ):
         assert re.search(rf"^{row} ", result.stdout, re.MULTILINE), row
     assert "1 s in 60 steps of 0.01667 s" in result.stdout
     assert "10 of 10, within 0.05 m" in result.stdout
 
 
 def test_json_is_one_object_and_nothing_else(tmp_path):
-    result = atlasphys("run", "tower", "--set", "height=3", "--seconds", 0.5, "--dt", 0.01, "--record", tmp_path / "a.h5", "--json")
+    result = atlasphys(
+        "run", "tower", "--set", "height=3", "--seconds", 0.5, "--dt", 0.01, "--record", tmp_path / "a.h5", "--json"
+    )
     assert result.returncode == 0
     assert result.stderr == ""
     assert result.stdout.count("\n") == 1
@@ -72,7 +90,15 @@ def test_json_is_one_object_and_nothing_else(tmp_path):
     assert (summary["scene"], summary["steps"], summary["dt"], summary["bodies"]) == ("tower", 50, 0.01, 4)
     assert (summary["dynamic_bodies"], summary["in_place"], summary["fell"]) == (3, 3, 0)
     assert summary["recording"] == {"path": str(tmp_path / "a.h5"), "steps": 50}
-    assert set(summary["stage_milliseconds"]) == {"broadphase", "narrowphase", "manifold", "islands", "solver", "continuous", "finish"}
+    assert set(summary["stage_milliseconds"]) == {
+        "broadphase",
+        "narrowphase",
+        "manifold",
+        "islands",
+        "solver",
+        "continuous",
+        "finish",
+    }
     assert (summary["interrupted"], summary["error"]) == (False, None)
 
     world = ap.load_scene("tower", height=3).build()
@@ -100,11 +126,16 @@ def test_a_scene_file_runs(tmp_path):
 
 
 def test_settings_on_the_command_line_replace_the_scenes(tmp_path):
-    scene = {"version": 1, "world": {"solver": "sequential_impulse", "solver_settings": {"iterations": 3}, "broadphase": "brute"}}
+    scene = {
+        "version": 1,
+        "world": {"solver": "sequential_impulse", "solver_settings": {"iterations": 3}, "broadphase": "brute"},
+    }
     (tmp_path / "a.json").write_text(json.dumps(scene))
     kept = json.loads(atlasphys("run", tmp_path / "a.json", "--seconds", 0.1, "--json").stdout)
     assert kept["settings"]["broadphase"] == "brute"
-    replaced = json.loads(atlasphys("run", tmp_path / "a.json", "--seconds", 0.1, "--preset", "classic", "--json").stdout)
+    replaced = json.loads(
+        atlasphys("run", tmp_path / "a.json", "--seconds", 0.1, "--preset", "classic", "--json").stdout
+    )
     assert replaced["settings"]["broadphase"] == "sweep"
 
 
@@ -176,16 +207,24 @@ DIVERGING = {
     "version": 1,
     "bodies": [
         {"shape": {"type": "plane"}, "name": "ground"},
-        {"name": "star", "shape": {"type": "sphere", "radius": 0.5}, "mass": 1e36, "position": [0, 9, 0], "velocity": [0, -1e4, 0]},
+        {
+            "name": "star",
+            "shape": {"type": "sphere", "radius": 0.5},
+            "mass": 1e36,
+            "position": [0, 9, 0],
+            "velocity": [0, -1e4, 0],
+        },
         {"name": "ball", "shape": {"type": "sphere", "radius": 0.5}, "position": [0, 50, 0]},
     ],
 }
 
 
 def test_divergence_names_the_bodies_and_keeps_the_recording(tmp_path):
-    """The star's momentum, 1e40 kg m/s, is too large for single precision, and must be taken from it when it hits the ground."""
+    """The star's momentum, 1e40 kg m/s, is too large for single precision, and the ground must take it."""
     (tmp_path / "a.json").write_text(json.dumps(DIVERGING))
-    result = atlasphys("run", tmp_path / "a.json", "--dt", 1e-4, "--seconds", 0.01, "--record", tmp_path / "a.h5", "--json")
+    result = atlasphys(
+        "run", tmp_path / "a.json", "--dt", 1e-4, "--seconds", 0.01, "--record", tmp_path / "a.h5", "--json"
+    )
     assert result.returncode == 1, result.stderr
     assert "star" in result.stderr
     assert len(result.stderr.splitlines()) == 1
@@ -314,7 +353,12 @@ def test_progress_is_shown_on_a_terminal():
 
 def test_a_reader_that_goes_away_is_no_crash():
     result = subprocess.run(
-        f"{' '.join(COMMAND)} scenes --schema | head -1", shell=True, capture_output=True, text=True, env=environment(), timeout=60
+        f"{' '.join(COMMAND)} scenes --schema | head -1",
+        shell=True,
+        capture_output=True,
+        text=True,
+        env=environment(),
+        timeout=60,
     )
     assert result.stdout == "{\n"
     assert "Traceback" not in result.stderr

@@ -1,4 +1,6 @@
-"""Kill writers of recordings with SIGKILL at random moments and read what they leave. Prints the numbers of intact files and of steps read.
+"""Kill writers of recordings with SIGKILL at random moments and read what they leave.
+
+Prints the numbers of intact files and of steps read.
 
 Usage: kill_writers.py FOLDER COUNT
 """
