@@ -9,12 +9,12 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from test_journal import LoggedFile, images_of
-from worlds import expected_position, put, small_world
 
 import atlasphys as ap
 from atlasphys.record import write
 from atlasphys.record.journal import JournaledFile
+from tests.record.test_journal import LoggedFile, images_of
+from tests.record.worlds import expected_position, put, small_world
 
 
 def record(path, steps, world=None):
@@ -196,7 +196,7 @@ def test_death_between_any_two_writes_leaves_a_readable_recording(tmp_path, monk
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 def test_kill_9_at_100_random_moments_leaves_a_readable_recording(tmp_path):
     script = Path(__file__).with_name("kill_writers.py")
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(script.parent), *sys.path])}
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(script.parents[2]), *sys.path])}
     result = subprocess.run(
         [sys.executable, str(script), str(tmp_path), "100"],
         env=environment,
