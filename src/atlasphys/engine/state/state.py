@@ -143,9 +143,13 @@ class State:
         return row
 
     def refreshed(self, row: int) -> None:
-        """Derive what follows from the row's new state or properties, and remember its state."""
+        """Derive what follows from a new row's state and properties, and remember its state."""
         refresh(self.bodies, row, row + 1)
         self._remember(slice(row, row + 1))
+
+    def take_over(self, column: str, row: int, part: slice) -> None:
+        """Remember a checked change of one column. What else was written into the row stays noticeable."""
+        getattr(self.remembered, column)[row, part] = getattr(self.bodies, column)[row, part]
 
     def remove(self, row: int) -> None:
         """Remove a body, its collider and its manifolds, and close the gap."""
