@@ -160,7 +160,8 @@ class Bodies:
     @property
     def kind(self) -> npt.NDArray[np.str_]:
         """(n,) ``"dynamic"``, ``"static"`` or ``"kinematic"``."""
-        return np.array(list(KINDS))[self._column("kind")]
+        names: npt.NDArray[np.str_] = np.array(list(KINDS))[self._column("kind")]
+        return names
 
     @property
     def names(self) -> list[str | None]:

@@ -509,13 +509,15 @@ class World:
     def momentum(self) -> npt.NDArray[np.float64]:
         """Total linear momentum of the dynamic bodies [kg m/s], (3,)."""
         mass, _, velocity, _, _ = self._moving()
-        return (mass[:, None] * velocity).sum(axis=0)
+        total: npt.NDArray[np.float64] = (mass[:, None] * velocity).sum(axis=0)
+        return total
 
     def angular_momentum(self, about: object = (0.0, 0.0, 0.0)) -> npt.NDArray[np.float64]:
         """Total angular momentum of the dynamic bodies about a point [kg m²/s], (3,)."""
         mass, center, velocity, _, spin_momentum = self._moving()
         arm = center - np.array(bounded_vector("about", about))
-        return (np.cross(arm, mass[:, None] * velocity) + spin_momentum).sum(axis=0)
+        total: npt.NDArray[np.float64] = (np.cross(arm, mass[:, None] * velocity) + spin_momentum).sum(axis=0)
+        return total
 
     def _moving(self) -> tuple[npt.NDArray[np.float64], ...]:
         """Mass, centre, velocity, angular velocity and angular momentum about the centre of each dynamic body, in double."""
@@ -590,7 +592,7 @@ def _threshold(value: object) -> float:
 
 
 def _conjugate(q: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    return q * np.array([1.0, -1.0, -1.0, -1.0])
+    return np.concatenate([q[:, :1], -q[:, 1:]], axis=1)
 
 
 def _rotate(q: npt.NDArray[np.float64], v: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
