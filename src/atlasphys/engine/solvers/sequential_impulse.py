@@ -63,8 +63,9 @@ class SequentialImpulse:
             value = getattr(self, name)
             if type(value) is not int or not least <= value <= MOST_ITERATIONS:
                 raise invalid(name, f"an integer from {least} to {MOST_ITERATIONS}", value)
-        if self.position_correction not in ("projection", "baumgarte"):
-            raise invalid("position_correction", "'projection' or 'baumgarte'", self.position_correction)
+        chosen = self.position_correction
+        if not isinstance(chosen, str) or chosen not in ("projection", "baumgarte"):
+            raise invalid("position_correction", "'projection' or 'baumgarte'", chosen)
         if not 0 <= number("correction", self.correction) <= 1:
             raise invalid("correction", "a number from 0 to 1", self.correction)
         if type(self.warm_starting) is not bool:
