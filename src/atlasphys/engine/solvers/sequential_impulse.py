@@ -19,6 +19,7 @@ import numpy as np
 
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.math import mat, vec
+from atlasphys.engine.shapes.arguments import invalid, number
 from atlasphys.engine.solvers.common import (
     invert_2x2,
     load_inverse_mass,
@@ -46,6 +47,9 @@ class SequentialImpulse:
         correction: share of the overlap beyond the slop that is removed per sweep of the projection, or per step by Baumgarte's
             bias. Larger: faster, and less stable.
         warm_starting: start from the impulses of the last step. Without it, tall stacks sag and creep.
+
+    Raises:
+        InvalidArgumentError: a value is not of the right kind or out of range.
     """
 
     iterations: int = 10
@@ -53,6 +57,23 @@ class SequentialImpulse:
     position_iterations: int = 4
     correction: float = 0.2
     warm_starting: bool = True
+
+    def __post_init__(self) -> None:
+        for name, least in (("iterations", 1), ("position_iterations", 0)):
+            value = getattr(self, name)
+            if type(value) is not int or not least <= value <= MOST_ITERATIONS:
+                raise invalid(name, f"an integer from {least} to {MOST_ITERATIONS}", value)
+        chosen = self.position_correction
+        if not isinstance(chosen, str) or chosen not in ("projection", "baumgarte"):
+            raise invalid("position_correction", "'projection' or 'baumgarte'", chosen)
+        if not 0 <= number("correction", self.correction) <= 1:
+            raise invalid("correction", "a number from 0 to 1", self.correction)
+        if type(self.warm_starting) is not bool:
+            raise invalid("warm_starting", "True or False", self.warm_starting)
+
+
+MOST_ITERATIONS = 10_000
+"""Limit of the settings that are numbers of sweeps."""
 
 
 INNER_SWEEPS = 3
