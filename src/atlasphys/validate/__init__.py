@@ -1,0 +1,1 @@
+"""Physical validation: cases with known answers."""
