@@ -81,4 +81,22 @@ def kernel(function: Function) -> Function:
 
 def routine(function: Function) -> Function:
     """Compile a function that only kernels call."""
-    return numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
+    return _routine(function, forceinline=False)
+
+
+def inlined(function: Function) -> Function:
+    """Compile a function into each place where a kernel or routine calls it.
+
+    For small functions of large tables in the innermost loops: each array of a table is nine arguments to pass, which takes
+    longer than the function itself.
+    """
+    return _routine(function, forceinline=True)
+
+
+def _routine(function: Function, forceinline: bool) -> Function:
+    compiled = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=forceinline, **_OPTIONS)(function)
+    if hasattr(compiled, "compile"):  # not where NUMBA_DISABLE_JIT is set
+        compile_types = compiled.compile
+        # Numba would compile f(x, 0), f(x, 1) and f(x, i) one by one, each literal being a type of its own.
+        compiled.compile = lambda types: compile_types(tuple(map(numba.types.unliteral, types)))
+    return compiled  # type: ignore[no-any-return]

@@ -61,7 +61,7 @@ def _turn(points, count, rotation, offset):
 @routine
 def _outward(points, count):
     """Unit normal of a polygon whose corners run counter-clockwise about it: the sum of the cross products (M. E. Newell)."""
-    zero = points[0, 0] * 0
+    zero = points.dtype.type(0)
     n = (zero, zero, zero)
     first = vec.load(points, 0)
     for k in range(1, count - 1):
@@ -221,7 +221,7 @@ def write_contact(shapes, contacts, target, pair, n, distance, on_a, on_b, bias,
     """
     row_a, row_b, rotation_a, rotation_b, d = pair
     points, ids, polygons, polygon_ids = scratch
-    zero = distance * 0
+    zero = type(distance)(0)
     radius_a, radius_b = rounding(shapes, row_a), rounding(shapes, row_b)
     count_a = supporting_feature(shapes, row_a, mat.transpose_mul_vec(rotation_a, n), points[0], ids[0])
     count_b = supporting_feature(shapes, row_b, mat.transpose_mul_vec(rotation_b, vec.neg(n)), points[1], ids[1])

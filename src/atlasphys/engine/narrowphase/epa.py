@@ -17,18 +17,26 @@ from atlasphys.engine.jit import routine
 from atlasphys.engine.math import vec
 from atlasphys.engine.narrowphase.gjk import ON_A, difference_support, precision
 
-MAX_VERTICES = 96
-"""Polyhedra need about 10, curved cores in double precision up to 60. Smaller: curved cores are left with a deeper normal than the least."""
+MAX_VERTICES = 64
+"""Polyhedra need about 10, most curved cores 20 to 40. Smaller: some of those are left with a deeper normal than the least.
+Where a whole circle of normals is equally good (coaxial round shapes), no number would do; see FINAL_STEPS."""
+
+FINAL_STEPS = 20
+"""Of these vertices the last are all spent on one place: only the newest faces are grown. Smaller: a place that is not the flattest bit
+of the boundary around it is returned. Larger: fewer are left to find the best place."""
 
 MAX_FACES = 2 * MAX_VERTICES
 
 
 @routine
 def polytope_scratch(real):
-    """Memory for one polytope: vertices (6 columns: of A − B and on A), face planes, face corners, horizon edges."""
+    """Memory for one polytope: vertices (6 columns: of A − B and on A), face planes, face corners, horizon edges.
+
+    A plane has a fifth column: its distance again, or infinity if there is no more to be found beyond the face.
+    """
     return (
         np.empty((MAX_VERTICES, 6), real),
-        np.empty((MAX_FACES, 4), real),
+        np.empty((MAX_FACES, 5), real),
         np.empty((MAX_FACES, 3), np.int32),
         np.empty((MAX_FACES, 2), np.int32),
     )
@@ -41,84 +49,83 @@ def _add_vertex(vertices, i, w, on_a):
 
 
 @routine
-def _set_face(vertices, planes, corners, f, i, j, k):
-    """Face f with corners i, j, k, counter-clockwise as seen from outside. One without area is put out of reach, at infinity."""
+def _set_face(vertices, planes, corners, f, i, j, k, noise):
+    """Face f with corners i, j, k, counter-clockwise as seen from outside.
+
+    One narrower than the ``noise`` of its corners has no normal: it stays to keep the surface closed, and is never looked at.
+    """
     a, b, c = vec.load(vertices, i), vec.load(vertices, j), vec.load(vertices, k)
-    ab, ac = vec.sub(b, a), vec.sub(c, a)
+    ab, ac, bc = vec.sub(b, a), vec.sub(c, a), vec.sub(c, b)
     n = vec.cross(ab, ac)
-    length_squared = vec.length_squared(n)
-    real = type(length_squared)
-    eps = precision(length_squared)
+    squared = vec.length_squared(n)
+    real = type(squared)
+    longest = max(vec.length_squared(ab), vec.length_squared(ac), vec.length_squared(bc))
     corners[f, 0], corners[f, 1], corners[f, 2] = i, j, k
-    if length_squared <= real(64) * eps * eps * vec.length_squared(ab) * vec.length_squared(ac):
+    if squared <= noise * noise * longest:
         planes[f, 0], planes[f, 1], planes[f, 2] = real(0), real(0), real(0)
         planes[f, 3] = real(math.inf)
-        return
-    n = vec.scale(n, real(1) / math.sqrt(length_squared))
-    vec.store(planes, f, n)
-    # The mean of the three corners' distances is no better than one of them, but the least is a safe lower bound.
-    planes[f, 3] = min(vec.dot(n, a), vec.dot(n, b), vec.dot(n, c))
+    else:
+        n = vec.scale(n, real(1) / math.sqrt(squared))
+        vec.store(planes, f, n)
+        planes[f, 3] = vec.dot(n, a)
+    planes[f, 4] = planes[f, 3]
 
 
 @routine
-def _span(shapes, pair, vertices, count, size):
+def _span_direction(vertices, count, trial):
+    """Where to look for one more vertex of a polytope of one, two or three: off its point, line or plane."""
+    real = vertices.dtype.type
+    zero, one = real(0), real(1)
+    first = vec.load(vertices, 0)
+    sign = one if trial % 2 == 0 else -one
+    if count == 1:
+        axis = trial // 2
+        return sign if axis == 0 else zero, sign if axis == 1 else zero, sign if axis == 2 else zero
+    t = vec.sub(vec.load(vertices, 1), first)
+    if count == 2:
+        u, v = vec.tangents(vec.unit(t))
+        return vec.scale(u if trial < 2 else v, sign)
+    n = vec.cross(t, vec.sub(vec.load(vertices, 2), first))
+    return vec.scale(n, sign / vec.length(n))
+
+
+@routine
+def _span(shapes, pair, vertices, count, tolerance):
     """Add support points until there are four that span a volume.
 
     Returns the number of vertices, and a unit vector at right angles to all of A − B when that is flat (fewer than four).
     """
-    zero = size * 0
-    one = type(zero)(1)
-    tolerance = type(zero)(32) * precision(zero) * size
-    first = vec.load(vertices, 0)
-    flat = (one, zero, zero)
-    if count == 1:
-        best = tolerance
-        for axis in range(6):
-            sign = one if axis < 3 else -one
-            k = axis % 3
-            direction = (sign if k == 0 else zero, sign if k == 1 else zero, sign if k == 2 else zero)
-            w, on_a = difference_support(shapes, pair, direction)
-            distance = vec.length(vec.sub(w, first))
-            if distance > best:
-                best = distance
-                _add_vertex(vertices, 1, w, on_a)
-                count = 2
-    if count == 2:
-        t = vec.unit(vec.sub(vec.load(vertices, 1), first))
-        u, v = vec.tangents(t)
-        flat = u
-        best = tolerance
-        for axis in range(4):
-            direction = u if axis < 2 else v
-            if axis % 2 == 1:
-                direction = vec.neg(direction)
-            w, on_a = difference_support(shapes, pair, direction)
-            distance = vec.length(vec.cross(t, vec.sub(w, first)))
-            if distance > best:
-                best = distance
-                _add_vertex(vertices, 2, w, on_a)
-                count = 3
-    if count == 3:
-        n = vec.cross(vec.sub(vec.load(vertices, 1), first), vec.sub(vec.load(vertices, 2), first))
-        length = vec.length(n)
-        if length == 0:
-            return count, flat
-        n = vec.scale(n, one / length)
-        flat = n
-        best = tolerance
-        for side in range(2):
-            w, on_a = difference_support(shapes, pair, n if side == 0 else vec.neg(n))
-            distance = abs(vec.dot(n, vec.sub(w, first)))
-            if distance > best:
-                best = distance
-                _add_vertex(vertices, 3, w, on_a)
-                count = 4
-    return count, flat
+    best = tolerance
+    trial = 0
+    direction = _span_direction(vertices, count, 0)
+    while count < 4:
+        direction = _span_direction(vertices, count, trial)
+        w, on_a = difference_support(shapes, pair, direction)
+        off = vec.sub(w, vec.load(vertices, 0))
+        if count == 1:
+            distance = vec.length(off)
+        elif count == 2:
+            t = vec.unit(vec.sub(vec.load(vertices, 1), vec.load(vertices, 0)))
+            distance = vec.length(vec.cross(t, off))
+        else:
+            distance = abs(vec.dot(direction, off))
+        if distance > best:
+            best = distance
+            _add_vertex(vertices, count, w, on_a)
+        trial += 1
+        if trial == 8 - 2 * count:
+            if best <= tolerance:
+                break
+            count, trial, best = count + 1, 0, tolerance
+    return count, direction
 
 
 @routine
 def _replace_seen(vertices, planes, corners, edges, faces, closest, new, tolerance):
-    """Replace the faces which vertex ``new`` sees by a fan over their horizon. Returns the number of faces, or −1 if out of room."""
+    """Replace the faces which vertex ``new`` sees by a fan over their horizon.
+
+    Returns the number of the first new face and the number of faces. The latter is 0 if there was no room.
+    """
     w = vec.load(vertices, new)
     horizon = 0
     f = 0
@@ -141,17 +148,17 @@ def _replace_seen(vertices, planes, corners, edges, faces, closest, new, toleran
                     horizon += 1
         else:
             if kept != f:
-                for k in range(4):
+                for k in range(5):
                     planes[kept, k] = planes[f, k]
                 for k in range(3):
                     corners[kept, k] = corners[f, k]
             kept += 1
         f += 1
     if kept + horizon > len(planes):
-        return -1
+        return 0, 0
     for e in range(horizon):
-        _set_face(vertices, planes, corners, kept + e, edges[e, 0], edges[e, 1], new)
-    return kept + horizon
+        _set_face(vertices, planes, corners, kept + e, edges[e, 0], edges[e, 1], new, tolerance)
+    return kept, kept + horizon
 
 
 @routine
@@ -183,37 +190,36 @@ def epa(shapes, pair, simplex, count, hint, polytope):
         n = vec.cross(vec.sub(b, a), vec.sub(c, a))
         if abs(vec.dot(n, vec.sub(vec.load(vertices, 3), a))) <= type(zero)(32) * eps * size * vec.length(n):
             count = 3
-    count, flat = _span(shapes, pair, vertices, count, size)
+    count, flat = _span(shapes, pair, vertices, count, type(zero)(32) * eps * size)
     if count < 4:
         # A − B is flat (points, segments and discs): it can be left at right angles, and the depth is zero.
         if count == 1 and vec.length_squared(hint) > 0:
             flat = vec.unit(hint)
         if vec.dot(flat, hint) < 0:
             flat = vec.neg(flat)
-        w, w_on_a = difference_support(shapes, pair, flat)
-        return flat, vec.dot(w, flat), on_a
+        return flat, vec.dot(vec.load(vertices, 0), flat), on_a
 
     a, b, c = vec.load(vertices, 0), vec.load(vertices, 1), vec.load(vertices, 2)
     volume = vec.dot(vec.cross(vec.sub(b, a), vec.sub(c, a)), vec.sub(vec.load(vertices, 3), a))
     p, q = (1, 2) if volume < 0 else (2, 1)
-    _set_face(vertices, planes, corners, 0, 0, p, q)
-    _set_face(vertices, planes, corners, 1, 0, q, 3)
-    _set_face(vertices, planes, corners, 2, q, p, 3)
-    _set_face(vertices, planes, corners, 3, p, 0, 3)
+    noise = type(zero)(4) * eps * size
+    _set_face(vertices, planes, corners, 0, 0, p, q, noise)
+    _set_face(vertices, planes, corners, 1, 0, q, 3, noise)
+    _set_face(vertices, planes, corners, 2, q, p, 3, noise)
+    _set_face(vertices, planes, corners, 3, p, 0, 3, noise)
     faces = 4
-
-    noise = type(zero)(8) * eps * size
     relative = type(zero)(16) * eps if eps > 1e-10 else type(zero)(4096) * eps
-    best = zero + type(zero)(math.inf)
+    best = type(zero)(math.inf)
     normal = flat
+    newest = 0
     while True:
-        closest = 0
-        for f in range(1, faces):
-            if planes[f, 3] < planes[closest, 3]:
+        closest = newest if count > MAX_VERTICES - FINAL_STEPS else 0
+        for f in range(closest + 1, faces):
+            if planes[f, 4] < planes[closest, 4]:
                 closest = f
         n = vec.load(planes, closest)
-        lower = planes[closest, 3]
-        if lower >= best:
+        lower = planes[closest, 4]
+        if lower >= best or lower == math.inf:
             break
         w, w_on_a = difference_support(shapes, pair, n)
         h = vec.dot(w, n)
@@ -225,13 +231,13 @@ def epa(shapes, pair, simplex, count, hint, polytope):
             break
         known = False
         for i in range(count):
-            if vertices[i, 0] == w[0] and vertices[i, 1] == w[1] and vertices[i, 2] == w[2]:
+            if vec.length_squared(vec.sub(vec.load(vertices, i), w)) <= noise * noise:
                 known = True
         if known:
-            break
+            planes[closest, 4] = type(zero)(math.inf)
+            continue
         _add_vertex(vertices, count, w, w_on_a)
-        size = max(size, vec.length(w))
-        faces = _replace_seen(vertices, planes, corners, edges, faces, closest, count, eps * size)
+        newest, faces = _replace_seen(vertices, planes, corners, edges, faces, closest, count, noise)
         count += 1
         if faces < 1:
             break
@@ -245,7 +251,7 @@ def _on_a(vertices, corners, f, n, distance):
     foot = vec.scale(n, distance)
     a, b, c = vec.sub(vec.load(vertices, i), foot), vec.sub(vec.load(vertices, j), foot), vec.sub(vec.load(vertices, k), foot)
     wa, wb, wc = vec.dot(n, vec.cross(b, c)), vec.dot(n, vec.cross(c, a)), vec.dot(n, vec.cross(a, b))
-    zero = distance * 0
+    zero = type(distance)(0)
     wa, wb, wc = max(wa, zero), max(wb, zero), max(wc, zero)
     scale = type(zero)(1) / (wa + wb + wc)
     point = vec.scale((vertices[i, 3], vertices[i, 4], vertices[i, 5]), wa * scale)

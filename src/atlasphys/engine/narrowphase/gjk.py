@@ -15,7 +15,7 @@ vector from a's origin to b's. All vectors are along the world's axes with a's o
 
 import math
 
-from atlasphys.engine.jit import routine
+from atlasphys.engine.jit import inlined, routine
 from atlasphys.engine.math import mat, vec
 from atlasphys.engine.shapes.support import support
 
@@ -36,7 +36,7 @@ def precision(x):
     return abs((real(4) / real(3) - real(1)) * real(3) - real(1))
 
 
-@routine
+@inlined
 def difference_support(shapes, pair, direction):
     """The point of A − B farthest along a direction, and the point of A that it came from."""
     row_a, row_b, rotation_a, rotation_b, d = pair
@@ -48,8 +48,7 @@ def difference_support(shapes, pair, direction):
 @routine
 def segment_weights(a, b):
     """Barycentric weights of the point of segment ab closest to the origin."""
-    zero = a[0] * 0
-    one = zero + type(zero)(1)
+    zero, one = type(a[0])(0), type(a[0])(1)
     t = vec.sub(b, a)
     along = -vec.dot(a, t)
     length_squared = vec.length_squared(t)
@@ -64,7 +63,7 @@ def segment_weights(a, b):
 @routine
 def triangle_weights(a, b, c):
     """Barycentric weights of the point of triangle abc closest to the origin; a flat triangle counts as its edges."""
-    zero = a[0] * 0
+    zero = type(a[0])(0)
     eps = precision(zero)
     ab, ac = vec.sub(b, a), vec.sub(c, a)
     n = vec.cross(ab, ac)
@@ -78,7 +77,7 @@ def triangle_weights(a, b, c):
         total = area_a + area_b + area_c
         return area_a / total, area_b / total, area_c / total
     wa, wb, wc = zero, zero, zero
-    best = zero + type(zero)(math.inf)
+    best = type(zero)(math.inf)
     if flat or area_c <= 0:
         u, v = segment_weights(a, b)
         best = vec.length_squared(vec.add_scaled(vec.scale(a, u), b, v))
@@ -105,8 +104,8 @@ def _row(simplex, i):
 @routine
 def _best_face(simplex):
     """Set the weights to those of the closest point on the four faces of a tetrahedron."""
-    zero = simplex[0, 0] * 0
-    best = zero + type(zero)(math.inf)
+    zero = simplex.dtype.type(0)
+    best = type(zero)(math.inf)
     for apex in range(4):
         i, j, k = (apex + 1) % 4, (apex + 2) % 4, (apex + 3) % 4
         a, b, c = _row(simplex, i), _row(simplex, j), _row(simplex, k)
@@ -121,7 +120,10 @@ def _best_face(simplex):
 @routine
 def _set_weights(simplex, count):
     """Barycentric weights of the point of the simplex closest to the origin, written to its last column."""
-    zero = simplex[0, 0] * 0
+    zero = simplex.dtype.type(0)
+    if count == 1:
+        simplex[0, WEIGHT] = type(zero)(1)
+        return
     a, b = _row(simplex, 0), _row(simplex, 1)
     if count == 2:
         simplex[0, WEIGHT], simplex[1, WEIGHT] = segment_weights(a, b)
@@ -146,6 +148,47 @@ def _set_weights(simplex, count):
 
 
 @routine
+def _compact(simplex, count):
+    """Move the points of positive weight to the front. Returns their number."""
+    kept = 0
+    for i in range(count):
+        if simplex[i, WEIGHT] > 0:
+            if kept != i:
+                for k in range(7):
+                    simplex[kept, k] = simplex[i, k]
+            kept += 1
+    return kept
+
+
+@routine
+def _holds(simplex, count, w):
+    for i in range(count):
+        if simplex[i, 0] == w[0] and simplex[i, 1] == w[1] and simplex[i, 2] == w[2]:
+            return True
+    return False
+
+
+@routine
+def _squared_up(simplex, count, v):
+    """v made exactly square to the simplex on which it was found.
+
+    As a weighted sum v is as wrong as its points are: for a small gap, that is a large angle. The simplex's own directions are exact.
+    """
+    if count == 2:
+        t = vec.sub(_row(simplex, 1), _row(simplex, 0))
+        return vec.add_scaled(v, t, -vec.dot(v, t) / vec.length_squared(t))
+    if count == 3:
+        a = _row(simplex, 0)
+        n = vec.cross(vec.sub(_row(simplex, 1), a), vec.sub(_row(simplex, 2), a))
+        squared = vec.length_squared(n)
+        along = vec.dot(n, a)
+        # A sliver's normal is worse than v.
+        if along * along > type(along)(0.9) * squared * vec.length_squared(v):
+            return vec.scale(n, along / squared)
+    return v
+
+
+@routine
 def gjk(shapes, pair, start, limit, simplex):
     """Distance of two cores.
 
@@ -164,52 +207,39 @@ def gjk(shapes, pair, start, limit, simplex):
     noise = type(zero)(4) * eps
     # Nearer than this, v is mostly round-off and says little about the direction.
     near = type(zero)(0.03) * math.sqrt(eps)
-    w, on_a = difference_support(shapes, pair, start)
-    vec.store(simplex, 0, w)
-    simplex[0, ON_A], simplex[0, ON_A + 1], simplex[0, ON_A + 2] = on_a
-    simplex[0, WEIGHT] = zero + type(zero)(1)
-    count = 1
-    v = w
-    vv = vec.length_squared(v)
-    largest = vv
-    for _ in range(MAX_ITERATIONS):
-        if vv <= near * near * largest:
-            return TOUCHING, v, on_a, count
+    count = 0
+    v = vec.neg(start)
+    vv = zero
+    largest = zero
+    on_a = (zero, zero, zero)
+    for step in range(MAX_ITERATIONS):
         w, w_on_a = difference_support(shapes, pair, vec.neg(v))
-        vw = vec.dot(v, w)
         largest = max(largest, vec.length_squared(w))
-        if vw > 0 and vw * vw > limit * limit * vv:
-            return SEPARATED, vec.scale(v, vw / vv), on_a, count
-        if vv - vw <= gap_tolerance * vv + noise * math.sqrt(largest * vv):
-            return SEPARATED, v, on_a, count
-        for i in range(count):
-            if simplex[i, 0] == w[0] and simplex[i, 1] == w[1] and simplex[i, 2] == w[2]:
-                return SEPARATED, v, on_a, count
+        if step > 0:
+            vw = vec.dot(v, w)
+            if vw > 0 and vw * vw > limit * limit * vv:
+                return SEPARATED, vec.scale(v, vw / vv), on_a, count
+            if vv - vw <= gap_tolerance * vv + noise * math.sqrt(largest * vv):
+                break
+            if _holds(simplex, count, w):
+                break
         vec.store(simplex, count, w)
         simplex[count, ON_A], simplex[count, ON_A + 1], simplex[count, ON_A + 2] = w_on_a
         _set_weights(simplex, count + 1)
-        kept = 0
-        closest = (zero, zero, zero)
-        closest_on_a = (zero, zero, zero)
-        for i in range(count + 1):
-            weight = simplex[i, WEIGHT]
-            if weight > 0:
-                if kept != i:
-                    for k in range(7):
-                        simplex[kept, k] = simplex[i, k]
-                closest = vec.add_scaled(closest, _row(simplex, kept), weight)
-                closest_on_a = vec.add_scaled(
-                    closest_on_a, (simplex[kept, ON_A], simplex[kept, ON_A + 1], simplex[kept, ON_A + 2]), weight
-                )
-                kept += 1
-        count = kept
+        count = _compact(simplex, count + 1)
+        closest, closest_on_a = (zero, zero, zero), (zero, zero, zero)
+        for i in range(count):
+            closest = vec.add_scaled(closest, _row(simplex, i), simplex[i, WEIGHT])
+            closest_on_a = vec.add_scaled(
+                closest_on_a, (simplex[i, ON_A], simplex[i, ON_A + 1], simplex[i, ON_A + 2]), simplex[i, WEIGHT]
+            )
+        previous = vv
+        v, on_a = closest, closest_on_a
+        vv = vec.length_squared(v)
         if count == 4:
-            return OVERLAPPING, closest, closest_on_a, count
-        closest_squared = vec.length_squared(closest)
-        if closest_squared >= vv:
-            # Round-off has stopped the descent: what was found before is as good as it gets.
-            if vv <= type(zero)(1e4) * near * near * largest:
-                return TOUCHING, v, on_a, count
-            return SEPARATED, v, on_a, count
-        v, vv, on_a = closest, closest_squared, closest_on_a
-    return SEPARATED, v, on_a, count
+            return OVERLAPPING, v, on_a, count
+        if vv <= near * near * largest:
+            return TOUCHING, v, on_a, count
+        if step > 0 and vv >= previous:
+            break  # round-off has stopped the descent: this is as good as it gets
+    return SEPARATED, _squared_up(simplex, count, v), on_a, count

@@ -10,7 +10,7 @@ from atlasphys.engine.math import vec
 
 @routine
 def _clamp(s):
-    return min(max(s, s * 0), type(s)(1))
+    return min(max(s, type(s)(0)), type(s)(1))
 
 
 @routine
@@ -27,8 +27,7 @@ def closest_of_segments(p, u, q, v):
     """Parameters s, t in 0 to 1 of the closest points ``p + s u`` and ``q + t v`` of two segments."""
     r = vec.sub(q, p)
     uu, vv, uv = vec.length_squared(u), vec.length_squared(v), vec.dot(u, v)
-    zero = uu * 0
-    one = zero + type(zero)(1)
+    zero, one = type(uu)(0), type(uu)(1)
     ru, rv = vec.dot(r, u), vec.dot(r, v)
     # |u × v|² rather than uu vv − uv²: the difference would be lost to round-off.
     determinant = vec.length_squared(vec.cross(u, v))

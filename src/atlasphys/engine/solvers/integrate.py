@@ -138,6 +138,21 @@ def turn_body(orientation, i, turn):
 
 
 @routine
+def turn_keeping_momentum(bodies, i, turn, change):
+    """Turn body i, which is free to rotate, and change its spin angular momentum I ω, kept otherwise, by ``change``."""
+    if vec.length_squared(turn) > 0 or vec.length_squared(change) > 0:
+        motion, mass, principal = bodies.motion, bodies.mass, quat.load(bodies.principal, i)
+        axes = quat.matrix(quat.mul(quat.load(bodies.orientation, i), principal))
+        tensor = mat.rotated_diagonal(axes, (mass[i, 2], mass[i, 3], mass[i, 4]))
+        spin = mat.sym_mul_vec(tensor, (motion[i, 3], motion[i, 4], motion[i, 5]))
+        turn_body(bodies.orientation, i, turn)
+        axes = quat.matrix(quat.mul(quat.load(bodies.orientation, i), principal))
+        inverse = mat.rotated_diagonal(axes, (mass[i, 5], mass[i, 6], mass[i, 7]))
+        spin = mat.sym_mul_vec(inverse, vec.add(spin, change))
+        motion[i, 3], motion[i, 4], motion[i, 5] = spin
+
+
+@routine
 def place_origins(bodies, count):
     """Set each body's position from its centre of mass and orientation, at the end of a step."""
     for i in range(count):

@@ -3,12 +3,17 @@
 Each contact's overlap is measured again where its two anchors now are (turned with their bodies, to second order in the
 rotation of the step), and beyond the slop a share of it is removed by moving *and turning* both bodies as an impulse along the normal would.
 Velocities are untouched, so the correction adds no kinetic energy.
+
+Moving a body changes its angular momentum about the origin, m Δx × v. For a pair pushed apart by λ n that is λ n × (v_b − v_a) in all;
+it is given back to the two bodies' spins in equal parts. Turning a body keeps its spin angular momentum, not its angular velocity. So
+the projection conserves both momenta of bodies that touch only each other.
 """
 
 from atlasphys.engine.jit import routine
 from atlasphys.engine.math import vec
 from atlasphys.engine.solvers.common import load_velocity, store_velocity, weighted
-from atlasphys.engine.solvers.integrate import turn_body
+from atlasphys.engine.solvers.integrate import turn_body, turn_keeping_momentum
+from atlasphys.engine.state.bodies import DYNAMIC
 
 
 @routine
@@ -20,16 +25,20 @@ def shift(r, moved, turned):
 
 @routine
 def project_positions(
-    bodies, body_count, pairs, manifolds, count, points, displacement, iterations, rate, slop, max_correction
+    bodies, body_count, pairs, manifolds, count, points, displacement, spin_change, iterations, rate, slop, max_correction
 ):  # fmt: skip
     """Sweep ``iterations`` times over the contacts, removing ``rate`` of each overlap beyond the slop, then move the bodies.
 
-    ``displacement`` (n, 6) is scratch: displacement and rotation vector since the collision detection, corrections included.
+    ``displacement`` (n, 6) and ``spin_change`` (n, 3) are scratch: displacement and rotation vector since the collision detection,
+    corrections included; and spin angular momentum to give back.
     """
     motion, inverse_mass = bodies.motion, bodies.inverse_mass
+    half = type(rate)(0.5)
     for i in range(body_count):
         for j in range(6):
             displacement[i, j] = motion[i, 6 + j]
+        for j in range(3):
+            spin_change[i, j] = 0
     corrected = False
     for _ in range(iterations):
         settled = True
@@ -49,6 +58,9 @@ def project_positions(
                     m_a, m_b = vec.load(inverse_mass, a), vec.load(inverse_mass, b)
                     moved_a = vec.add_scaled(moved_a, weighted(m_a, n), -push)
                     moved_b = vec.add_scaled(moved_b, weighted(m_b, n), push)
+                    share = vec.scale(vec.cross(n, vec.sub(vec.load(motion, a), vec.load(motion, b))), half * push)
+                    vec.store(spin_change, a, vec.add(vec.load(spin_change, a), share))
+                    vec.store(spin_change, b, vec.add(vec.load(spin_change, b), share))
                     turned_a = vec.add_scaled(turned_a, vec.load(points, p), -push)
                     turned_b = vec.add_scaled(turned_b, (points[p, 3], points[p, 4], points[p, 5]), push)
                     touched = True
@@ -62,9 +74,12 @@ def project_positions(
     if corrected:
         for i in range(body_count):
             moved, turned = load_velocity(displacement, i)
-            before = (motion[i, 9], motion[i, 10], motion[i, 11])
-            turn_body(bodies.orientation, i, vec.sub(turned, before))
+            turn = vec.sub(turned, (motion[i, 9], motion[i, 10], motion[i, 11]))
+            if bodies.kind[i] == DYNAMIC and not bodies.locks[i]:
+                turn_keeping_momentum(bodies, i, turn, vec.load(spin_change, i))
+            else:
+                turn_body(bodies.orientation, i, turn)
             for j in range(3):
-                bodies.center[i, j] += displacement[i, j] - motion[i, 6 + j]
+                bodies.center[i, j] += moved[j] - motion[i, 6 + j]
             for j in range(6):
                 motion[i, 6 + j] = displacement[i, j]

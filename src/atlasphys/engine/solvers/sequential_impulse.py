@@ -59,6 +59,10 @@ INNER_SWEEPS = 3
 """Sweeps over the normal impulses of one manifold each time it is visited. With 1 a tower of ten leans within seconds, for its
 impulses lag behind the shifting load; 3 cost a quarter more and hold it to a fraction of a millimetre."""
 
+BOUNCING_SWEEPS = 50
+"""The same where the pair can bounce. Restitution conserves or loses energy only as far as the impulses are solved for: with 3 sweeps
+elastic boxes that meet face to face gain up to 2e-4 of their energy."""
+
 # Columns of a point's constraint row. Point k of manifold i has row 4 i + k.
 ANGULAR_A, ANGULAR_B = 0, 3  # I_a⁻¹ (r_a × n), I_b⁻¹ (r_b × n)
 NORMAL_MASS, TARGET = 6, 7  # 1 / k; least relative normal velocity asked for
@@ -176,6 +180,10 @@ def set_targets(motion, pairs, manifolds, count, points, h, bias, slop, max_corr
             target = -gap / h if gap > 0 else bias * min(max(-gap - slop, real(0)), max_correction)
             if restitution > 0 and approach > threshold and gap + speed * h < 0:
                 target = max(target, bounce_speed(restitution, approach, (-speed - approach) / h, gap, h))
+            elif restitution > 0 and approach < -threshold:
+                # Moreau's form of the law holds for contacts that part as well. Asking for no approach instead, where another
+                # impact pushes the pair back together, can gain energy.
+                target = min(target, restitution * approach)
             points[p, TARGET] = target
 
 
@@ -270,7 +278,8 @@ def sweep(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks,
             v = relative_velocity(v_a, w_a, r_a, v_b, w_b, r_b)
             excess[k] = vec.dot(n, v) - points[4 * i + k, TARGET]
             change[k] = zero
-        for _ in range(INNER_SWEEPS if number > 1 else 1):
+        sweeps = 1 if number == 1 else (INNER_SWEEPS if manifolds.material[i, 1] == 0 else BOUNCING_SWEEPS)
+        for _ in range(sweeps):
             for k in range(number):
                 old = manifolds.normal_impulse[i, k]
                 new = max(old - points[4 * i + k, NORMAL_MASS] * excess[k], zero)
@@ -307,7 +316,7 @@ def store_impulses(manifolds, count, frames, points):
 
 @kernel
 def solve(
-    bodies, body_count, colliders, manifolds, count, pairs, frames, points, blocks, excess, change, displacement,
+    bodies, body_count, colliders, manifolds, count, pairs, frames, points, blocks, excess, change, displacement, spin_change,
     gravity, h, ratio, iterations, position_iterations, bias, position_rate, threshold, tolerances,
 ):  # fmt: skip
     """One step of length h for all bodies: velocities, then positions."""
@@ -323,7 +332,7 @@ def solve(
     store_impulses(manifolds, count, frames, points)
     integrate_positions(bodies, body_count, h)
     project_positions(
-        bodies, body_count, pairs, manifolds, count, points, displacement,
+        bodies, body_count, pairs, manifolds, count, points, displacement, spin_change,
         position_iterations, position_rate, tolerances.slop, tolerances.max_correction,
     )  # fmt: skip
     place_origins(bodies, body_count)
@@ -342,7 +351,7 @@ def advance(state: State, settings: SequentialImpulse, h: float) -> None:
     pairs = np.empty((capacity, 2), np.int32)
     solve(
         state.bodies, state.count, state.colliders, state.next_manifolds, state.next_count,
-        pairs, frames, points, blocks, excess, change, state.displacement,
+        pairs, frames, points, blocks, excess, change, state.displacement, state.spin_change,
         tuple(real(g) for g in environment.gravity),
         real(h),
         real(h / state.last_h if settings.warm_starting and state.last_h > 0 else 0.0),

@@ -114,6 +114,7 @@ class State:
         )
         self.row_buffer: npt.NDArray[np.int32] = np.zeros(capacity, np.int32)
         self.displacement: npt.NDArray[Any] = np.zeros((capacity, 6), self.real)
+        self.spin_change: npt.NDArray[Any] = np.zeros((capacity, 3), self.real)
         self.pairs: npt.NDArray[np.int32] = np.zeros((64, 2), np.int32)
         self.contacts: Contacts = empty_contacts(64, 512, self.real)
         self.next_manifolds: Manifolds = empty_manifolds(len(self.manifolds.a), self.real)
@@ -136,6 +137,7 @@ class State:
             self.remembered = with_capacity(self.remembered, 2 * row)
             self.row_buffer = np.zeros(2 * row, np.int32)
             self.displacement = np.zeros((2 * row, 6), self.real)
+            self.spin_change = np.zeros((2 * row, 3), self.real)
         for table in (self.bodies, self.colliders):
             for array in table:
                 array[row] = 0
@@ -240,7 +242,7 @@ class State:
         return other
 
     def __getstate__(self) -> dict[str, Any]:
-        buffers = ("row_buffer", "displacement", "pairs", "contacts", "next_manifolds", "manifold_ended")
+        buffers = ("row_buffer", "displacement", "spin_change", "pairs", "contacts", "next_manifolds", "manifold_ended")
         return {name: value for name, value in self.__dict__.items() if name not in buffers}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
