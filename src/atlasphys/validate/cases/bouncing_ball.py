@@ -40,9 +40,9 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
     fall = math.sqrt(2 * DROP / G)
     errors = {"apexes": 0.0, "total time": 0.0}
     for e in RESTITUTIONS:
-        total = fall * (1 + e) / (1 - e) if e < 1 else 21 * fall
+        total = fall * (1 + e) / (1 - e) if e < 1 else 9 * fall
         apexes, stopped = bounce(make_world, e, total + 0.5, dt)
-        number = math.floor(math.log(LOWEST_APEX / DROP) / (2 * math.log(e))) if e < 1 else 10
+        number = math.floor(math.log(LOWEST_APEX / DROP) / (2 * math.log(e))) if e < 1 else 4
         found = [relative(apex, e ** (2 * n) * DROP) for n, apex in enumerate(apexes[:number], 1)]
         errors["apexes"] = max(errors["apexes"], *found, 0.0 if len(found) == number else math.inf)
         if e < 1:

@@ -2,37 +2,54 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
-import atlasphys as ap
 from atlasphys.engine.shapes.shape import Shape
 from atlasphys.validate.case import MakeWorld
 
+Array = npt.NDArray[np.float64]
 
-def in_body_axes(body: ap.Body) -> npt.NDArray[np.float64]:
-    """The body's angular velocity in its own axes [rad/s], (3,): q* ω q."""
-    w, *xyz = body.orientation.astype(np.float64)
-    u, v = -np.array(xyz), body.angular_velocity.astype(np.float64)
-    t = 2 * np.cross(u, v)
-    turned: npt.NDArray[np.float64] = v + w * t + np.cross(u, t)
+
+class Spin(NamedTuple):
+    """A body's free rotation, a row for every step."""
+
+    times: Array
+    """(n,) [s]."""
+    body_spin: Array
+    """(n, 3) angular velocity in the body's axes [rad/s]."""
+    world_momentum: Array
+    """(n, 3) angular momentum over mass in world axes [m²/s]."""
+    energy: Array
+    """(n,) kinetic energy over mass [m²/s²]."""
+
+
+def rotate(q: Array, v: Array) -> Array:
+    """q v q* for rows of unit quaternions and vectors."""
+    t = 2 * np.cross(q[:, 1:], v)
+    turned: Array = v + q[:, :1] * t + np.cross(q[:, 1:], t)
     return turned
 
 
 def spin_freely(
-    make_world: MakeWorld, shape: Shape, spin: tuple[float, float, float], seconds: float, dt: float
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], float, float]:
-    """Spin a body in empty space: times (n,), angular velocities in its axes (n, 3), and the greatest relative changes of E and L."""
+    make_world: MakeWorld, shape: Shape, moments: Array, spin: tuple[float, float, float], seconds: float, dt: float
+) -> Spin:
+    """Spin a body of 1 kg, with these moments of inertia about its axes, in empty space."""
     world = make_world(gravity=(0, 0, 0))
-    body = world.add(shape, mass=1, angular_velocity=spin)
-    energy, momentum = world.energy().kinetic, world.angular_momentum()
-    worst_energy = worst_momentum = 0.0
-    times, spins = [0.0], [in_body_axes(body)]
-    for _ in range(round(seconds / dt)):
-        world.step(dt)
-        times.append(world.time)
-        spins.append(in_body_axes(body))
-        worst_energy = max(worst_energy, abs(world.energy().kinetic / energy - 1))
-        off = np.abs(world.angular_momentum() - momentum).max() / np.abs(momentum).max()
-        worst_momentum = max(worst_momentum, float(off))
-    return np.array(times), np.array(spins), worst_energy, worst_momentum
+    world.add(shape, mass=1, angular_velocity=spin)
+    steps = round(seconds / dt)
+    orientation, velocity = np.zeros((steps + 1, 4)), np.zeros((steps + 1, 3))
+    for n in range(steps + 1):
+        orientation[n], velocity[n] = world.bodies.orientation[0], world.bodies.angular_velocity[0]
+        if n < steps:
+            world.step(dt)
+    in_body = rotate(orientation * np.array([1, -1, -1, -1]), velocity)
+    momentum = rotate(orientation, moments * in_body)
+    return Spin(dt * np.arange(steps + 1), in_body, momentum, 0.5 * (velocity * momentum).sum(axis=1))
+
+
+def drift(values: Array) -> float:
+    """Greatest change of a quantity since the first row, relative to its size there."""
+    return float(np.abs(values - values[0]).max() / np.abs(values[0]).max())
