@@ -15,9 +15,9 @@ The folder is ``$ATLASPHYS_CACHE_DIR`` or the user's cache folder, or, where tha
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import os
+import re
 import sys
 import tempfile
 from collections.abc import Callable
@@ -30,27 +30,33 @@ import platformdirs
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+_IMPORT = re.compile(r"^from (atlasphys\.engine[\w.]*) import (\([^)]*\)|[^\n(]*)", re.MULTILINE)
+
 _OPTIONS = {"nogil": True, "error_model": "numpy", "boundscheck": False, "fastmath": False}
 
 
 @cache
 def _source_hash(module: str) -> str:
     """Hash of a module's source and of every engine module that it imports, directly or not."""
-    sources: dict[str, str] = {}
-    _collect_sources(module, sources)
-    return hashlib.sha256("".join(sources[name] for name in sorted(sources)).encode()).hexdigest()
+    reached = {module}
+    waiting = [module]
+    while waiting:
+        found = _read(waiting.pop())[1] - reached
+        reached |= found
+        waiting += found
+    return hashlib.sha256("".join(_read(name)[0] for name in sorted(reached)).encode()).hexdigest()
 
 
-def _collect_sources(module: str, sources: dict[str, str]) -> None:
-    loaded = sys.modules.get(module)
-    if module in sources or loaded is None or loaded.__file__ is None:
-        return
-    sources[module] = Path(loaded.__file__).read_text(encoding="utf-8")
-    for node in ast.walk(ast.parse(sources[module])):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("atlasphys.engine"):
-            _collect_sources(node.module, sources)
-            for name in node.names:
-                _collect_sources(f"{node.module}.{name.name}", sources)
+@cache
+def _read(module: str) -> tuple[str, frozenset[str]]:
+    """A loaded module's source, and the names of the engine modules that it imports."""
+    file = sys.modules[module].__file__
+    assert file is not None
+    text = Path(file).read_text(encoding="utf-8")
+    named: set[str] = set()
+    for package, names in _IMPORT.findall(text):
+        named |= {package, *(f"{package}.{name}" for name in re.findall(r"\w+", names))}
+    return text, frozenset(name for name in named if name in sys.modules)
 
 
 @cache

@@ -119,6 +119,7 @@ class State:
         self.contacts: Contacts = empty_contacts(64, 512, self.real)
         self.next_manifolds: Manifolds = empty_manifolds(len(self.manifolds.a), self.real)
         self.next_count = 0
+        self.touched_before: npt.NDArray[np.bool_] = np.zeros(0, np.bool_)
         self.manifold_ended: npt.NDArray[np.bool_] = np.zeros(len(self.manifolds.a), np.bool_)
 
     @property
@@ -214,11 +215,8 @@ class State:
         """Make the next manifolds the present ones, note which contacts began and ended, and advance the clock."""
         old, m, new, n = self.manifolds, self.manifold_count, self.next_manifolds, self.next_count
         lost = np.flatnonzero(self.manifold_ended[:m] & old.touching[:m])
+        fresh = np.flatnonzero(new.touching[:n] & ~self.touched_before)
         self.ended = np.stack([old.a[lost], old.b[lost]], axis=1)
-        # A manifold of the last step that did not touch yet, or none at all: the contact begins now.
-        old_keys = _keys(old, m)[old.touching[:m]]
-        touching = np.flatnonzero(new.touching[:n])
-        fresh = touching[~np.isin(_keys(new, n)[touching], old_keys, assume_unique=True)]
         self.began = np.stack([new.a[fresh], new.b[fresh]], axis=1)
         self.manifolds, self.manifold_count, self.next_manifolds, self.next_count = new, n, old, 0
         self.bodies.force[: self.count] = 0
@@ -242,7 +240,7 @@ class State:
         return other
 
     def __getstate__(self) -> dict[str, Any]:
-        buffers = ("row_buffer", "displacement", "spin_change", "pairs", "contacts", "next_manifolds", "manifold_ended")
+        buffers = ("row_buffer", "displacement", "spin_change", "pairs", "contacts", "next_manifolds", "touched_before", "manifold_ended")
         return {name: value for name, value in self.__dict__.items() if name not in buffers}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -267,12 +265,6 @@ class State:
         for array in self.manifolds:
             digest.update(array[:m].tobytes())
         return digest.hexdigest()
-
-
-def _keys(manifolds: Manifolds, count: int) -> npt.NDArray[np.int64]:
-    """One number for each pair."""
-    keys: npt.NDArray[np.int64] = (manifolds.a[:count].astype(np.int64) << 32) + manifolds.b[:count]
-    return keys
 
 
 def _without(row: int, pairs: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
