@@ -197,12 +197,16 @@ class State:
         self._remember(slice(0, self.count))
 
     def _remember(self, rows: slice) -> None:
-        for then, now in zip(self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True):
+        for then, now in zip(
+            self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True
+        ):
             then[rows] = now[rows]
 
     def roll_back(self) -> None:
         """Return to the remembered state. Manifolds need no copy: a step builds the next ones beside them."""
-        for then, now in zip(self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True):
+        for then, now in zip(
+            self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True
+        ):
             now[: self.count] = then[: self.count]
         refresh(self.bodies, 0, self.count)
 
@@ -242,7 +246,16 @@ class State:
         return other
 
     def __getstate__(self) -> dict[str, Any]:
-        buffers = ("row_buffer", "displacement", "spin_change", "pairs", "contacts", "next_manifolds", "touched_before", "manifold_ended")
+        buffers = (
+            "row_buffer",
+            "displacement",
+            "spin_change",
+            "pairs",
+            "contacts",
+            "next_manifolds",
+            "touched_before",
+            "manifold_ended",
+        )
         return {name: value for name, value in self.__dict__.items() if name not in buffers}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -269,7 +282,18 @@ class State:
             digest.update(np.array([shape.kind, *shape.sizes]).tobytes())
             for array in shape.polyhedron or ():
                 digest.update(array.tobytes())
-        for array in (b.position, b.orientation, b.motion[:, :6], b.force, b.kind, b.mass, b.local_center, b.principal, b.response, b.locks):
+        for array in (
+            b.position,
+            b.orientation,
+            b.motion[:, :6],
+            b.force,
+            b.kind,
+            b.mass,
+            b.local_center,
+            b.principal,
+            b.response,
+            b.locks,
+        ):
             digest.update(np.ascontiguousarray(array[:n]).tobytes())
         for array in (c.body, c.material, c.group, c.mask):
             digest.update(array[:n].tobytes())

@@ -37,10 +37,14 @@ def rotation(q: tuple[float, float, float, float]) -> npt.NDArray[np.float64]:
     )
 
 
-def inverse_inertia(mass: float, size: tuple[float, float, float], turned: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def inverse_inertia(
+    mass: float, size: tuple[float, float, float], turned: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
     """I⁻¹ of a box in world axes."""
     x, y, z = (side * side for side in size)
-    inverse: npt.NDArray[np.float64] = turned @ np.diag([12 / mass / (y + z), 12 / mass / (x + z), 12 / mass / (x + y)]) @ turned.T
+    inverse: npt.NDArray[np.float64] = (
+        turned @ np.diag([12 / mass / (y + z), 12 / mass / (x + z), 12 / mass / (x + y)]) @ turned.T
+    )
     return inverse
 
 
@@ -49,7 +53,9 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
     q = np.array([0.83, 0.31, 0.22, 0.41])
     w, x, y, z = (float(value) for value in q / math.sqrt(float(q @ q)))
     turned = rotation((w, x, y, z))
-    corners = np.array([[sx, sy, sz] for sx in (-1, 1) for sy in (-1, 1) for sz in (-1, 1)]) * np.array(SIZE_B) / 2 @ turned.T
+    corners = (
+        np.array([[sx, sy, sz] for sx in (-1, 1) for sy in (-1, 1) for sz in (-1, 1)]) * np.array(SIZE_B) / 2 @ turned.T
+    )
     lowest = corners[np.argmin(corners[:, 1])]
     point = np.array([0.6, 0.5 * SIZE_A[1], -0.4])
     center_b = point - lowest - np.array([0, OVERLAP, 0])
@@ -63,7 +69,9 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
     errors = dict.fromkeys(("impulse", "momentum", "angular momentum", "energy", "velocity"), 0.0)
     for e in RESTITUTIONS:
         world = make_world(gravity=(0, 0, 0))
-        a = world.add(ap.Box(size=SIZE_A), mass=MASS_A, velocity=VELOCITY_A, angular_velocity=SPIN_A, friction=0, restitution=e)
+        a = world.add(
+            ap.Box(size=SIZE_A), mass=MASS_A, velocity=VELOCITY_A, angular_velocity=SPIN_A, friction=0, restitution=e
+        )
         b = world.add(
             ap.Box(size=SIZE_B),
             mass=MASS_B,
@@ -83,7 +91,10 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
             "angular momentum": float(np.abs(world.angular_momentum() - spin).max()) / j,
             "energy": abs(world.energy().kinetic - energy + 0.5 * (1 - e * e) * approach**2 / k) / energy,
             "velocity": float(
-                max(np.abs(a.velocity - VELOCITY_A + j / MASS_A * n).max(), np.abs(b.velocity - VELOCITY_B - j / MASS_B * n).max())
+                max(
+                    np.abs(a.velocity - VELOCITY_A + j / MASS_A * n).max(),
+                    np.abs(b.velocity - VELOCITY_B - j / MASS_B * n).max(),
+                )
             )
             / abs(approach),
         }
