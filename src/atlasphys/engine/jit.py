@@ -16,9 +16,9 @@ temporary one.
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import os
+import re
 import sys
 import tempfile
 from collections.abc import Callable
@@ -31,27 +31,37 @@ import platformdirs
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+_IMPORT = re.compile(r"^from (atlasphys\.engine[\w.]*) import (\([^)]*\)|[^\n(]*)", re.MULTILINE)
+
+# Numba's own annotations do not know these options.
+_njit: Any = numba.njit
+_config: Any = numba.config
+
 _OPTIONS = {"nogil": True, "error_model": "numpy", "boundscheck": False, "fastmath": False}
 
 
 @cache
 def _source_hash(module: str) -> str:
     """Hash of a module's source and of every engine module that it imports, directly or not."""
-    sources: dict[str, str] = {}
-    _collect_sources(module, sources)
-    return hashlib.sha256("".join(sources[name] for name in sorted(sources)).encode()).hexdigest()
+    reached = {module}
+    waiting = [module]
+    while waiting:
+        found = _read(waiting.pop())[1] - reached
+        reached |= found
+        waiting += found
+    return hashlib.sha256("".join(_read(name)[0] for name in sorted(reached)).encode()).hexdigest()
 
 
-def _collect_sources(module: str, sources: dict[str, str]) -> None:
-    loaded = sys.modules.get(module)
-    if module in sources or loaded is None or loaded.__file__ is None:
-        return
-    sources[module] = Path(loaded.__file__).read_text(encoding="utf-8")
-    for node in ast.walk(ast.parse(sources[module])):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("atlasphys.engine"):
-            _collect_sources(node.module, sources)
-            for name in node.names:
-                _collect_sources(f"{node.module}.{name.name}", sources)
+@cache
+def _read(module: str) -> tuple[str, frozenset[str]]:
+    """A loaded module's source, and the names of the engine modules that it imports."""
+    file = sys.modules[module].__file__
+    assert file is not None
+    text = Path(file).read_text(encoding="utf-8")
+    named: set[str] = set()
+    for package, names in _IMPORT.findall(text):
+        named |= {package, *(f"{package}.{name}" for name in re.findall(r"\w+", names))}
+    return text, frozenset(name for name in named if name in sys.modules)
 
 
 @cache
@@ -72,17 +82,16 @@ def cache_root() -> Path:
 def kernel(function: Function) -> Function:
     """Compile a function that Python calls, once per combination of argument types, and keep the code between runs."""
     folder = cache_root() / "kernels" / f"{numba.__version__}-{_source_hash(function.__module__)[:16]}"
-    # Numba reads this setting when a function's cache is set up, that is, in this call; other packages' kernels keep
-    # theirs.
-    previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+    # Numba reads this setting when a function's cache is set up, in this call; other packages' kernels keep theirs.
+    previous, _config.CACHE_DIR = _config.CACHE_DIR, str(folder)
     try:
-        return numba.njit(cache=True, no_cfunc_wrapper=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
+        return _njit(cache=True, no_cfunc_wrapper=True, **_OPTIONS)(function)
     finally:
-        numba.config.CACHE_DIR = previous
+        _config.CACHE_DIR = previous
 
 
 def routine(function: Function) -> Function:
-    """Compile a function that only kernels call."""
+    """Compile a function that only kernels call. Called from Python it crashes: it has no wrapper for that."""
     return _routine(function, forceinline=False)
 
 
@@ -96,9 +105,9 @@ def inlined(function: Function) -> Function:
 
 
 def _routine(function: Function, forceinline: bool) -> Function:
-    compiled = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=forceinline, **_OPTIONS)(function)
+    compiled = _njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=forceinline, **_OPTIONS)(function)
     if hasattr(compiled, "compile"):  # not where NUMBA_DISABLE_JIT is set
         compile_types = compiled.compile
         # Numba would compile f(x, 0), f(x, 1) and f(x, i) one by one, each literal being a type of its own.
         compiled.compile = lambda types: compile_types(tuple(map(numba.types.unliteral, types)))
-    return compiled  # type: ignore[no-any-return]
+    return compiled

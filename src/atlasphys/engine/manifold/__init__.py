@@ -11,8 +11,9 @@ def update_manifolds(state: State, pairs: int) -> None:
     state.reserve_manifolds(pairs)
     rules = (state.environment.friction_rule, state.environment.restitution_rule)
     distance = state.real.type(state.tolerances.match_distance)
-    kept = np.zeros(4, np.int64)
+    kept, origin = np.zeros((2, 4), np.int64)
     state.next_count = build_manifolds(
         state.contacts, pairs, state.bodies, state.colliders,
-        state.manifolds, state.manifold_count, state.next_manifolds, state.manifold_ended, rules, distance, kept,
+        state.manifolds, state.manifold_count, state.next_manifolds, state.manifold_ended, rules, distance, kept, origin,
     )  # fmt: skip
+    state.touched_before = state.next_manifolds.touching[: state.next_count].copy()

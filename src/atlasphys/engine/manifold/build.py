@@ -6,6 +6,7 @@ from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.manifold.match import match_points
 from atlasphys.engine.manifold.reduce import reduce_points
 from atlasphys.engine.math import mat, vec
+from atlasphys.engine.state.bodies import DYNAMIC
 
 COMBINE_RULES = {"geometric_mean": 0, "average": 1, "min": 2, "max": 3, "multiply": 4}
 """How the coefficients of two bodies give that of their contact: √(xy), ½(x + y), the lesser, the greater, xy."""
@@ -25,12 +26,21 @@ def combine(x, y, rule):
     return x * y
 
 
+@routine
+def combine_materials(material, a, b, rules, combined, i):
+    """Write the material of the contact between colliders a and b to row i of ``combined``."""
+    combined[i, 0] = combine(material[a, 0], material[b, 0], rules[0])
+    combined[i, 1] = combine(material[a, 1], material[b, 1], rules[1])
+    combined[i, 2] = max(material[a, 2], material[b, 2])
+    combined[i, 3] = max(material[a, 3], material[b, 3])
+
+
 @kernel
-def build_manifolds(contacts, pairs, bodies, colliders, old, old_count, new, ended, rules, distance, kept):
+def build_manifolds(contacts, pairs, bodies, colliders, old, old_count, new, ended, rules, distance, kept, origin):
     """Fill ``new`` with the manifolds of all pairs that have contact points, and return their number.
 
     ``ended`` (one flag per row of ``old``) is set where last step's pair has no contact any more. ``rules`` are the combine rules of friction
-    and restitution; rolling and torsional friction take the greater. ``kept`` is scratch for four indices.
+    and restitution; rolling and torsional friction take the greater. ``kept`` and ``origin`` are scratch for four indices each.
     """
     count = 0
     j = 0
@@ -40,43 +50,58 @@ def build_manifolds(contacts, pairs, bodies, colliders, old, old_count, new, end
         i = count
         count += 1
         a, b = contacts.a[p], contacts.b[p]
-        new.a[i], new.b[i], new.touching[i] = a, b, False
         normal = vec.load(contacts.normal, p)
+        new.a[i], new.b[i] = a, b
         vec.store(new.normal, i, normal)
-        x, y, material = colliders.material[a], colliders.material[b], new.material[i]
-        material[0], material[1] = combine(x[0], y[0], rules[0]), combine(x[1], y[1], rules[1])
-        material[2], material[3] = max(x[2], y[2]), max(x[3], y[3])
+        combine_materials(colliders.material, a, b, rules, new.material, i)
 
-        frame_a = mat.load(bodies.geometry, colliders.body[a])
-        frame_b = mat.load(bodies.geometry, colliders.body[b])
-        new.count[i] = reduce_points(
-            normal, contacts.anchor_b, contacts.depth, contacts.first[p], contacts.count[p], kept
-        )
-        for k in range(new.count[i]):
+        body_a, body_b = colliders.body[a], colliders.body[b]
+        near_a = bodies.kind[body_a] == DYNAMIC
+        frame_a, frame_b = mat.load(bodies.geometry, body_a), mat.load(bodies.geometry, body_b)
+        points = reduce_points(normal, contacts.anchor_b, contacts.depth, contacts.first[p], contacts.count[p], kept)
+        new.count[i] = points
+        for k in range(points):
             r_a, r_b = vec.load(contacts.anchor_a, kept[k]), vec.load(contacts.anchor_b, kept[k])
-            vec.store(new.anchor_a[i], k, r_a)
-            vec.store(new.anchor_b[i], k, r_b)
-            vec.store(new.local_a[i], k, mat.transpose_mul_vec(frame_a, r_a))
-            vec.store(new.local_b[i], k, mat.transpose_mul_vec(frame_b, r_b))
+            vec.store_at(new.anchor_a, i, k, r_a)
+            vec.store_at(new.anchor_b, i, k, r_b)
+            # Seen from a body that cannot be a plane with a far-off origin
+            vec.store_at(
+                new.point, i, k,
+                vec.add(vec.load(bodies.center, body_a), r_a) if near_a else vec.add(vec.load(bodies.center, body_b), r_b),
+            )  # fmt: skip
+            vec.store_at(new.local_a, i, k, mat.transpose_mul_vec(frame_a, r_a))
+            vec.store_at(new.local_b, i, k, mat.transpose_mul_vec(frame_b, r_b))
             new.depth[i, k] = contacts.depth[kept[k]]
             new.feature[i, k] = contacts.feature[kept[k]]
-            new.normal_impulse[i, k] = 0
-            for c in range(3):
-                new.friction_impulse[i, k, c] = 0
-        for k in range(new.count[i], 4):  # unused points are zero, so that equal states are equal bits
-            new.depth[i, k] = new.normal_impulse[i, k] = new.feature[i, k] = 0
-            for c in range(3):
-                new.anchor_a[i, k, c] = new.anchor_b[i, k, c] = new.local_a[i, k, c] = new.local_b[i, k, c] = 0
-                new.friction_impulse[i, k, c] = 0
-        for c in range(3):
-            new.rolling_impulse[i, c] = 0
-        new.torsional_impulse[i] = 0
+        zero = normal[0] - normal[0]
+        none = (zero, zero, zero)
+        for k in range(points, 4):  # unused points are zero, so that equal states are equal bits
+            new.depth[i, k], new.feature[i, k] = zero, 0
+            vec.store_at(new.anchor_a, i, k, none)
+            vec.store_at(new.anchor_b, i, k, none)
+            vec.store_at(new.local_a, i, k, none)
+            vec.store_at(new.local_b, i, k, none)
+            vec.store_at(new.point, i, k, none)
 
         while j < old_count and (old.a[j] < a or (old.a[j] == a and old.b[j] < b)):
             ended[j] = True
             j += 1
-        if j < old_count and old.a[j] == a and old.b[j] == b:
-            match_points(new, i, old, j, distance)
+        goes_on = j < old_count and old.a[j] == a and old.b[j] == b
+        for k in range(4):
+            origin[k] = -1
+        if goes_on:
+            match_points(
+                i, points, new.feature, new.local_a, new.local_b,
+                j, old.count[j], old.feature, old.local_a, old.local_b, distance, origin,
+            )  # fmt: skip
+        for k in range(4):
+            q = origin[k]
+            new.normal_impulse[i, k] = old.normal_impulse[j, q] if q >= 0 else zero
+            vec.store_at(new.friction_impulse, i, k, vec.load_at(old.friction_impulse, j, q) if q >= 0 else none)
+        vec.store(new.rolling_impulse, i, vec.load(old.rolling_impulse, j) if goes_on else none)
+        new.torsional_impulse[i] = old.torsional_impulse[j] if goes_on else zero
+        new.touching[i] = goes_on and old.touching[j]
+        if goes_on:
             ended[j] = False
             j += 1
     while j < old_count:

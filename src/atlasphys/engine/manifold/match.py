@@ -7,48 +7,36 @@ from either body. Position is needed because feature ids flicker where faces ali
 from atlasphys.engine.jit import routine
 from atlasphys.engine.math import vec
 
-
-@routine
-def separation_squared(new, i, k, old, j, q):
-    """Squared distance between new point k and old point q as seen from the body on which it is less."""
-    on_a = vec.length_squared(vec.sub(vec.load(new.local_a[i], k), vec.load(old.local_a[j], q)))
-    on_b = vec.length_squared(vec.sub(vec.load(new.local_b[i], k), vec.load(old.local_b[j], q)))
-    return min(on_a, on_b)
+FEATURE_REACH = 100
+"""Square of the multiple of the matching distance within which equal features count as the same contact."""
 
 
 @routine
-def carry(new, i, k, old, j, q):
-    """Let new point k go on from the impulses of old point q."""
-    new.normal_impulse[i, k] = old.normal_impulse[j, q]
-    vec.store(new.friction_impulse[i], k, vec.load(old.friction_impulse[j], q))
+def match_points(
+    i, count, feature, local_a, local_b, j, old_count, old_feature, old_local_a, old_local_b, distance, origin
+):  # fmt: skip
+    """For each of the ``count`` points of new manifold i, find the point of old manifold j that it goes on from.
 
-
-@routine
-def match_points(new, i, old, j, distance):
-    """Carry impulses from manifold j of ``old`` to manifold i of ``new``. Each old point serves at most one new one."""
+    ``origin[k]`` becomes that point's number, or −1. Each old point serves at most one new one.
+    """
     used = 0
-    matched = 0
     limit = distance * distance
-    for k in range(new.count[i]):
-        for q in range(old.count[j]):
-            if not used & (1 << q) and new.feature[i, k] == old.feature[j, q]:
-                # The same features at quite another place are another contact.
-                if separation_squared(new, i, k, old, j, q) <= 100 * limit:
-                    carry(new, i, k, old, j, q)
-                    used |= 1 << q
-                    matched |= 1 << k
-                break
-    for k in range(new.count[i]):
-        if not matched & (1 << k):
-            nearest, best = -1, limit
-            for q in range(old.count[j]):
-                if not used & (1 << q):
-                    squared = separation_squared(new, i, k, old, j, q)
-                    if squared <= best:
-                        nearest, best = q, squared
-            if nearest >= 0:
-                carry(new, i, k, old, j, nearest)
-                used |= 1 << nearest
-    vec.store(new.rolling_impulse, i, vec.load(old.rolling_impulse, j))
-    new.torsional_impulse[i] = old.torsional_impulse[j]
-    new.touching[i] = old.touching[j]
+    for pass_number in range(2):
+        for k in range(count):
+            if pass_number == 0:
+                origin[k] = -1
+            elif origin[k] >= 0:
+                continue
+            best = type(distance)(FEATURE_REACH) * limit if pass_number == 0 else limit
+            a, b = vec.load_at(local_a, i, k), vec.load_at(local_b, i, k)
+            for q in range(old_count):
+                if used & (1 << q) or (pass_number == 0 and feature[i, k] != old_feature[j, q]):
+                    continue
+                squared = min(
+                    vec.length_squared(vec.sub(a, vec.load_at(old_local_a, j, q))),
+                    vec.length_squared(vec.sub(b, vec.load_at(old_local_b, j, q))),
+                )
+                if squared <= best:
+                    origin[k], best = q, squared
+            if origin[k] >= 0:
+                used |= 1 << origin[k]

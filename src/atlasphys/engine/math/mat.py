@@ -60,3 +60,11 @@ def load(rows, i):
         rows[i, 7],
         rows[i, 8],
     )
+
+
+@routine
+def store(rows, i, m):
+    """Write m to columns 0 to 8 of row i."""
+    rows[i, 0], rows[i, 1], rows[i, 2] = m[0], m[1], m[2]
+    rows[i, 3], rows[i, 4], rows[i, 5] = m[3], m[4], m[5]
+    rows[i, 6], rows[i, 7], rows[i, 8] = m[6], m[7], m[8]

@@ -10,8 +10,9 @@ import numpy as np
 from atlasphys.errors import InvalidArgumentError
 
 SMALLEST_LENGTH, LARGEST_LENGTH = 1e-6, 1e6
-"""Least and greatest size of a shape [m]. Between them the inertia of a body of any usual density (it grows with the fifth power of
-the size) and its inverse are normal numbers in single precision; so are products of four lengths in the narrow phase."""
+"""Least and greatest size of a shape [m]. Between them the inertia of a body of any usual density (it grows with the
+fifth power of the size) and its inverse are normal numbers in single precision; so are products of four lengths in
+the narrow phase."""
 
 
 def invalid(name: str, wanted: str, value: object) -> InvalidArgumentError:

@@ -22,7 +22,8 @@ from atlasphys.engine.shapes.table import (
 def rotated_bounds(shapes, row, x, y, z):
     """Least and greatest value of (x, y, z) · p over the points p of a shape: its bounds along that direction.
 
-    (x, y, z) is a row of the rotation matrix, so the direction is a world axis seen from the shape. A plane has no bounds.
+    (x, y, z) is a row of the rotation matrix, so the direction is a world axis seen from the shape. A plane has no
+    bounds.
     """
     kind = shapes.layout[row, KIND]
     s0, s1, s2 = shapes.size[row, 0], shapes.size[row, 1], shapes.size[row, 2]
@@ -57,8 +58,8 @@ def update_bounds(bodies, colliders, shapes, count, margin):
 
     Reads the bodies' positions and rotation matrices. Only the extent about the position is computed in the world's
     precision. It is rounded like the surface points that the narrow phase finds, from the same matrix, so what can be
-    lost is a few units in the last place of the shape's size: in single precision a millionth of it, less than the default
-    margin for shapes up to 20 km across. So the margin needs no addition for round-off.
+    lost is a few units in the last place of the shape's size: in single precision a millionth of it, less than the
+    default margin for shapes up to 20 km across. So the margin needs no addition for round-off.
     """
     for i in range(count):
         body, row = colliders.body[i], colliders.shape[i]

@@ -49,7 +49,8 @@ class Capsule(Shape):
         """A cylinder, and two half balls moved out by the parallel-axis theorem [kg m²].
 
         A half ball of mass m has its centroid 3/8 r above its flat side and 83/320 m r² about axes through the centroid
-        and along that side, so two of mass m in all, with flat sides l apart, have m (2/5 r² + l²/4 + 3/8 l r) together.
+        and along that side, so two of mass m in all, with flat sides l apart, have m (2/5 r² + l²/4 + 3/8 l r)
+        together.
         """
         r, l = self.radius, self.length  # noqa: E741
         cylinder = density * math.pi * r * r * l

@@ -1,7 +1,7 @@
 """Supporting features: the face, edge or vertex of a shape that meets another shape in a given direction.
 
-Contacts between two shapes are found by clipping the supporting feature of one against that of the other. A feature's id
-numbers tell its points apart from step to step:
+Contacts between two shapes are found by clipping the supporting feature of one against that of the other. A
+feature's id numbers tell its points apart from step to step:
 
 ==========  ==============================================================================
 box, hull   vertex number
@@ -101,23 +101,24 @@ def supporting_feature(shapes, row, d, points, ids):
     Args:
         shapes: table of shapes.
         row: the shape's row.
-        d: direction in the shape's own frame, of any length.
-        points: (FEATURE_POINTS, 3) or longer, written: 1 vertex, 2 ends of an edge, or a face's corners counter-clockwise as
-            seen from outside, in the shape's own frame [m].
+        d: direction in the shape's own frame; not necessarily of unit length, but its square must be a normal number.
+        points: (FEATURE_POINTS, 3) or longer, written: 1 vertex, 2 ends of an edge, or a face's corners
+            counter-clockwise as seen from outside, in the shape's own frame [m].
         ids: (FEATURE_POINTS,) or longer, written: the points' id numbers.
 
-    A polyhedron always gives the face whose normal is nearest ``d`` (the first such face). A capsule gives its segment if
-    ``d`` is square to it up to ALIGNED, else the nearer end. A cylinder or cone gives a flat end (eight points of the rim,
-    fixed in the shape) or a line of its side (at the azimuth of ``d``) if ``d`` is along the end's or the side's normal up to
-    ALIGNED, else the nearest point of rim or apex. A sphere gives its centre. A plane gives nothing.
+    A polyhedron always gives the face whose normal is nearest ``d`` (the first such face). A capsule gives its
+    segment if ``d`` is square to it up to ALIGNED, else the nearer end. A cylinder or cone gives a flat end (eight
+    points of the rim, fixed in the shape) or a line of its side (at the azimuth of ``d``) if ``d`` is along the
+    end's or the side's normal up to ALIGNED, else the nearest point of rim or apex. A sphere gives its centre. A
+    plane gives nothing.
     """
     kind = shapes.layout[row, KIND]
-    if kind == BOX or kind == HULL:
+    if kind in (BOX, HULL):
         return _face(shapes, row, d, points, ids)
     s0, s1 = shapes.size[row, 0], shapes.size[row, 1]
     real = type(s0)
     zero, aligned = real(0), real(ALIGNED)
-    if kind == CYLINDER or kind == CONE:
+    if kind in (CYLINDER, CONE):
         cosine, sine, radial = azimuth(d[0], d[2])
         x, z = s0 * cosine, s0 * sine
         upper = d[1] >= 0

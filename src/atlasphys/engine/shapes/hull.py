@@ -21,11 +21,14 @@ from atlasphys.engine.shapes.table import HULL
 from atlasphys.errors import InvalidArgumentError
 
 COPLANAR = 1e-7
-"""Points this near to one plane, as a part of the hull's extent, lie in one face; points this near to each other are one.
-About what single precision can tell apart. Smaller: round-off splits flat faces. Larger: fine features are lost."""
+"""Points this near to one plane, as a part of the hull's extent, lie in one face; points this near to each other are
+one. About what single precision can tell apart. Smaller: round-off splits flat faces. Larger: fine features are
+lost."""
 
 FLAT = 4e-7
 """A set of points thinner than this part of its extent has no inside. Above COPLANAR, or opposite faces would merge."""
+
+_UNCLEAR = "points are too nearly flat or too near to each other for a hull: spread or thin them out"
 
 Faces = list[tuple[int, ...]]
 Points = npt.NDArray[np.float64]
@@ -38,7 +41,8 @@ class ConvexHull(Shape):
     Points inside it, on its faces or edges, or given twice make no difference: hulls of equal vertices are equal.
 
     Args:
-        points: (n, 3) at least four points, not all in one plane [m]. Coordinates from −1e6 to 1e6, extent at least 1e-6.
+        points: (n, 3) at least four points, not all in one plane [m]. Coordinates from −1e6 to 1e6, extent at least
+            1e-6.
 
     Attributes:
         vertices: the corners, sorted by x, then y, then z [m].
@@ -173,14 +177,14 @@ def _checked(points: npt.ArrayLike) -> Points:
     bad = np.flatnonzero(~np.all(np.abs(array) <= LARGEST_LENGTH, axis=1))
     if len(bad):
         row = int(bad[0])
-        raise InvalidArgumentError(
-            f"points[{row}] must have finite coordinates between {-LARGEST_LENGTH:g} and {LARGEST_LENGTH:g} m (got {tuple(array[row].tolist())})"
-        )
+        wanted = f"finite coordinates between {-LARGEST_LENGTH:g} and {LARGEST_LENGTH:g} m"
+        raise invalid(f"points[{row}]", wanted, tuple(array[row].tolist()))
     array = np.unique(array + 0.0, axis=0)
     extent = _extent(array)
     if extent < SMALLEST_LENGTH:
         raise InvalidArgumentError(
-            f"points must extend over at least {SMALLEST_LENGTH:g} m along some axis; they coincide or nearly do (got {extent:g} m)"
+            f"points must extend over at least {SMALLEST_LENGTH:g} m along some axis: "
+            f"they coincide or nearly do (got {extent:g} m)"
         )
     _refuse_flat(array, FLAT * extent)
     return array
@@ -200,10 +204,10 @@ def _refuse_flat(points: Points, tolerance: float) -> None:
     distance = _lengths(across)
     far = np.argmax(distance)
     if distance[far] <= tolerance:
-        raise InvalidArgumentError(f"points must not all lie on one line (the farthest from it is {distance[far]:.3g} m away)")
+        raise InvalidArgumentError(f"points must not lie on one line (the farthest is {distance[far]:.3g} m off)")
     height = np.abs(_dots(arms, np.cross(axis, across[far] / distance[far])))
     if np.max(height) <= tolerance:
-        raise InvalidArgumentError(f"points must not all lie in one plane (the farthest from it is {np.max(height):.3g} m away)")
+        raise InvalidArgumentError(f"points must not lie in one plane (the farthest is {np.max(height):.3g} m off)")
 
 
 def _dots(rows: Points, vector: Points) -> Points:
@@ -233,8 +237,9 @@ def _hull(points: Points) -> tuple[Points, Faces]:
             if len(kept) == len(scaled):
                 break
         if len(kept) < 4:
-            raise InvalidArgumentError("points are too nearly flat or too nearly coincident for a hull: spread or thin them out")
+            raise InvalidArgumentError(_UNCLEAR)
         points, scaled = points[kept], scaled[kept]
+    _refuse_flat(points, FLAT * extent)  # what was dropped may have been all that was thick
     faces = [loop[loop.index(min(loop)) :] + loop[: loop.index(min(loop))] for loop in loops]
     return points, sorted(tuple(face) for face in faces)
 
@@ -273,40 +278,36 @@ def _merged(points: Points, triangles: npt.NDArray[np.intp]) -> list[list[int]]:
     a, b, c = (points[triangles[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     areas = _lengths(normals)
-    neighbour = {(int(t[k - 1]), int(t[k])): i for i, t in enumerate(triangles) for k in range(3)}
-    region = np.full(len(triangles), -1)
+    sides = [[(int(t[k - 1]), int(t[k])) for k in range(3)] for t in triangles]
+    owner = {side: triangle for triangle, three in enumerate(sides) for side in three}
+    visited = [False] * len(triangles)
     loops = []
-    for seed in np.lexsort((*np.sort(triangles, axis=1).T, -areas)):
-        if region[seed] >= 0 or areas[seed] == 0.0:
+    for seed in np.lexsort((*np.sort(triangles, axis=1).T, -areas)).tolist():
+        if visited[seed]:
             continue
-        normal = normals[seed] / areas[seed]
-        height = np.abs(_dots(points - points[triangles[seed, 0]], normal))
-        level = np.all(height[triangles] <= COPLANAR, axis=1) & (_dots(normals, normal) >= 0.0)
-        region[seed] = seed
-        pending, following = [int(seed)], {}
-        while pending:
-            triangle = triangles[pending.pop()]
-            for k in range(3):
-                start, end = int(triangle[k - 1]), int(triangle[k])
-                other = neighbour[end, start]
-                if region[other] < 0 and level[other]:
-                    region[other] = seed
-                    pending.append(other)
-        members = triangles[region == seed]
-        directed = {(int(t[k - 1]), int(t[k])) for t in members for k in range(3)}
-        following = {start: end for start, end in directed if (end, start) not in directed}
-        loops.append(_loop(following))
-    if np.any(region < 0):
-        raise InvalidArgumentError("points are too nearly flat or too nearly coincident for a hull: spread or thin them out")
+        if areas[seed] == 0.0:
+            raise InvalidArgumentError(_UNCLEAR)
+        normal, origin = normals[seed] / areas[seed], a[seed]
+        region = [seed]
+        visited[seed] = True
+        for triangle in region:  # grows as it is walked
+            for start, end in sides[triangle]:
+                other = owner[end, start]
+                if visited[other]:
+                    continue
+                height = np.abs(_dots(points[triangles[other]] - origin, normal))
+                if np.max(height) <= COPLANAR and _dots(normals[other : other + 1], normal)[0] >= 0.0:
+                    visited[other] = True
+                    region.append(other)
+        inside = {side for triangle in region for side in sides[triangle]}
+        boundary = {start: end for start, end in inside if (end, start) not in inside}
+        loop = [min(boundary)]
+        while (vertex := boundary.pop(loop[-1], None)) is not None and vertex != loop[0]:
+            loop.append(vertex)
+        if vertex is None or boundary:  # not one simple loop
+            raise InvalidArgumentError(_UNCLEAR)
+        loops.append(loop)
     return loops
-
-
-def _loop(following: dict[int, int]) -> list[int]:
-    """The vertices of a region's boundary in order."""
-    loop = [min(following)]
-    while (vertex := following[loop[-1]]) != loop[0]:
-        loop.append(vertex)
-    return loop
 
 
 def _corners(loops: list[list[int]]) -> npt.NDArray[np.intp]:
@@ -336,9 +337,10 @@ def _planes(vertices: Points, faces: Sequence[Sequence[int]]) -> Points:
 def _integrals(vertices: Points, faces: Sequence[Sequence[int]]) -> tuple[float, Vector, Matrix]:
     """Volume, centroid, and inertia tensor about the centroid at unit density.
 
-    The solid is cut into tetrahedra from an inner point to the triangles of its faces. In a tetrahedron of volume V with
-    corners 0, a, b, c, ∫ x = V s/4 and ∫ x xᵀ = V (a aᵀ + b bᵀ + c cᵀ + s sᵀ)/20, with s = a + b + c (Tonon, "Explicit
-    Exact Formulas for the 3-D Tetrahedron Inertia Tensor", J. Math. Stat. 1(1), 2005). Sums are exactly rounded.
+    The solid is cut into tetrahedra from an inner point to the triangles of its faces. In a tetrahedron of volume V
+    with corners 0, a, b, c, ∫ x = V s/4 and ∫ x xᵀ = V (a aᵀ + b bᵀ + c cᵀ + s sᵀ)/20, with s = a + b + c (Tonon,
+    "Explicit Exact Formulas for the 3-D Tetrahedron Inertia Tensor", J. Math. Stat. 1(1), 2004). Sums are exactly
+    rounded.
     """
     origin = 0.5 * (np.min(vertices, axis=0) + np.max(vertices, axis=0))
     fans = [(face[0], face[k], face[k + 1]) for face in faces for k in range(1, len(face) - 1)]

@@ -16,12 +16,12 @@ LEAST, GREATEST = 1e-37, 1e37
 """Range of masses [kg] and moments [kg m²]: they and their inverses are normal numbers in single precision."""
 
 INERTIA_TOLERANCE = 1e-6
-"""By how much, as a part of its greatest entry, a given inertia tensor may miss symmetry and the triangle inequality. Covers
-numbers from files with seven digits; larger would let wrong tensors pass."""
+"""By how much, as a part of its greatest entry, a given inertia tensor may miss symmetry and the triangle
+inequality. Covers numbers from files with seven digits; larger would let wrong tensors pass."""
 
 NEGLIGIBLE = 1e-11
-"""An off-diagonal entry smaller than this part of the geometric mean of its two diagonal entries counts as zero, so that
-round-off does not turn the axes of a symmetric body."""
+"""An off-diagonal entry smaller than this part of the geometric mean of its two diagonal entries counts as zero, so
+that round-off does not turn the axes of a symmetric body."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,13 +51,13 @@ def mass_properties(
         shape: any shape but a plane.
         mass: mass [kg]; or give
         density: density [kg/m³].
-        inertia: inertia about the centre of mass instead of the shape's own [kg m²]: three moments about the shape's axes, or a
-            3×3 tensor in those axes. Default: that of the shape.
+        inertia: inertia about the centre of mass instead of the shape's own [kg m²]: three moments about the shape's
+            axes, or a 3×3 tensor in those axes. Default: that of the shape.
 
     Raises:
-        InvalidArgumentError: not exactly one of mass and density is given; a value is not positive, or so small or large
-            that single precision does not hold it or its inverse; the inertia is not one that a body can have; the
-            shape is a plane.
+        InvalidArgumentError: not exactly one of mass and density is given; a value is not positive, or so small or
+            large that single precision does not hold it or its inverse; the inertia is not one that a body can have;
+            the shape is a plane.
     """
     if isinstance(shape, Plane):
         raise InvalidArgumentError("a plane has no finite mass: its body must be static")
@@ -108,8 +108,8 @@ def principal_axes(tensor: Matrix) -> tuple[Vector, tuple[float, float, float, f
     """Eigenvalues of a symmetric tensor and the quaternion whose rotation has the eigenvectors as columns.
 
     Cyclic Jacobi rotations (Golub and Van Loan, Matrix Computations, 4th ed., §8.5.3). Each turns by at most 45°, so a
-    diagonal tensor keeps its axes, and the identity, exactly. Written out in Python floats since LAPACK's last bits differ
-    between CPUs.
+    diagonal tensor keeps its axes, and the identity, exactly. Written out in Python floats since LAPACK's last bits
+    differ between CPUs.
     """
     a = [list(row) for row in tensor]
     v = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
@@ -136,7 +136,10 @@ def principal_axes(tensor: Matrix) -> tuple[Vector, tuple[float, float, float, f
 
 
 def _quaternion(m: list[list[float]]) -> tuple[float, float, float, float]:
-    """The unit quaternion of a rotation matrix, w ≥ 0, by its component of greatest magnitude (Shepperd, J. Guid. Control 1, 1978)."""
+    """The unit quaternion, w ≥ 0, of a rotation matrix, from its component of greatest magnitude.
+
+    Shepperd, "Quaternion from Rotation Matrix", J. Guidance and Control 1(3), 1978.
+    """
     squares = [
         1.0 + m[0][0] + m[1][1] + m[2][2],
         1.0 + m[0][0] - m[1][1] - m[2][2],
@@ -148,5 +151,6 @@ def _quaternion(m: list[list[float]]) -> tuple[float, float, float, float]:
     largest = squares.index(max(squares))
     rows = ((squares[0], x, y, z), (x, squares[1], xy, xz), (y, xy, squares[2], yz), (z, xz, yz, squares[3]))
     row = rows[largest]
-    scale = math.copysign(math.sqrt(row[0] ** 2 + row[1] ** 2 + row[2] ** 2 + row[3] ** 2), row[0] if row[0] != 0.0 else 1.0)
+    size = math.sqrt(sum(entry * entry for entry in row))
+    scale = -size if row[0] < 0.0 else size
     return row[0] / scale + 0.0, row[1] / scale + 0.0, row[2] / scale + 0.0, row[3] / scale + 0.0

@@ -11,7 +11,8 @@ Matrix = tuple[Vector, Vector, Vector]
 class Shape:
     """A solid in its own frame: an immutable value, equal to any other shape of the same kind and sizes.
 
-    The table of shapes reads ``kind``, ``sizes``, ``feature_points`` and ``polyhedron``; the mass properties read the rest.
+    The table of shapes reads ``kind``, ``sizes``, ``feature_points`` and ``polyhedron``; the mass properties read
+    the rest.
     """
 
     __slots__ = ()
@@ -45,7 +46,11 @@ class Shape:
         return 0.0, 0.0, 0.0
 
     def inertia(self, density: float = 1.0) -> Matrix:
-        """Inertia tensor about the centre of mass, in the axes of the shape's own frame [kg m²], at a uniform ``density`` [kg/m³]."""
+        """Inertia tensor about the centre of mass in the axes of the shape's own frame [kg m²].
+
+        Args:
+            density: uniform density [kg/m³]. Default: 1.
+        """
         raise NotImplementedError
 
 

@@ -1,8 +1,8 @@
 """Support points: the farthest point of a shape in a direction.
 
-Round shapes are split into a core and a radius about it: a sphere is a point, a capsule a segment, widened by ``rounding``.
-Distances between cores are found more exactly and in fewer steps than between round surfaces, and overlaps of up to the sum
-of the radii need no penetration algorithm at all.
+Round shapes are split into a core and a radius about it: a sphere is a point, a capsule a segment, widened by
+``rounding``. Distances between cores are found more exactly and in fewer steps than between round surfaces, and
+overlaps of up to the sum of the radii need no penetration algorithm at all.
 """
 
 import math
@@ -65,7 +65,7 @@ def support(shapes, row, d):
         return shapes.vertices[best, 0], shapes.vertices[best, 1], shapes.vertices[best, 2]
     if kind == CAPSULE:
         return zero, s1 if d[1] >= 0 else -s1, zero
-    if kind == CYLINDER or kind == CONE:
+    if kind in (CYLINDER, CONE):
         cosine, sine, radial = azimuth(d[0], d[2])
         level = s1 if d[1] >= 0 else -s1
         if kind == CONE:

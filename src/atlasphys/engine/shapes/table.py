@@ -6,7 +6,7 @@ A polyhedron (box or hull) lists its vertices, faces and edges; every shape has 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,10 +16,12 @@ if TYPE_CHECKING:
     from atlasphys.engine.shapes.shape import Shape
 
 SPHERE, CAPSULE, BOX, CYLINDER, CONE, HULL, PLANE = range(7)
-"""Values of the column KIND. The order is that of the roles in a pair: sphere before capsule before box …; planes come last."""
+"""Values of the column KIND. The order is that of the roles in a pair: sphere before capsule before box …; planes
+come last."""
 
 KIND, FIRST_VERTEX, VERTEX_COUNT, FIRST_FACE, FACE_COUNT, FIRST_EDGE, EDGE_COUNT, FEATURE_POINTS = range(8)
-"""Columns of ``Shapes.layout``. FEATURE_POINTS is the most points that one supporting feature (face, edge or vertex) can have."""
+"""Columns of ``Shapes.layout``. FEATURE_POINTS is the most points that one supporting feature (face, edge or vertex)
+can have."""
 
 RIM_POINTS = 8
 """Points by which the rim of a cylinder or cone is represented where a whole disc rests on something.
@@ -32,8 +34,9 @@ class Shapes(NamedTuple):
     layout: npt.NDArray[np.int32]
     """(s, 8) the columns KIND to FEATURE_POINTS."""
     size: npt.NDArray[np.floating]
-    """(s, 4) sphere: radius. Capsule: radius, half length (along y). Box: half sizes x, y, z. Cylinder: radius, half length (along y).
-    Cone: radius, half height (along y; the apex at +half height). Plane: unit normal, offset. Hull: none. Unused ones are 0."""
+    """(s, 4) sphere: radius. Capsule: radius, half length (along y). Box: half sizes x, y, z. Cylinder: radius, half
+    length (along y). Cone: radius, half height (along y; the apex at +half height). Plane: unit normal, offset. Hull:
+    none. Unused ones are 0."""
     vertices: npt.NDArray[np.floating]
     """(v, 3) vertices of the polyhedra [m]."""
     faces: npt.NDArray[np.floating]
@@ -43,7 +46,8 @@ class Shapes(NamedTuple):
     face_vertices: npt.NDArray[np.int32]
     """(k,) vertex rows of the faces, counter-clockwise as seen from outside."""
     edges: npt.NDArray[np.int32]
-    """(e, 4) two vertex rows and the rows of the faces to the left and right of the edge (as seen from outside, from the first vertex to the second)."""
+    """(e, 4) two vertex rows and the rows of the faces to the left and right of the edge (as seen from outside, from
+    the first vertex to the second)."""
 
 
 class ShapeTable:
@@ -78,6 +82,12 @@ class ShapeTable:
             row = self._rows[shape] = len(self._rows)
             self._arrays = None
         return row
+
+    def copy(self) -> ShapeTable:
+        """An independent table of the same shapes in the same rows."""
+        other = ShapeTable(self._real)
+        other._rows, other._polyhedra, other._arrays = dict(self._rows), list(self._polyhedra), self._arrays
+        return other
 
     @property
     def arrays(self) -> Shapes:
@@ -120,6 +130,6 @@ class ShapeTable:
         )
 
 
-def _joined(parts: list[npt.NDArray[np.generic]], dtype: npt.DTypeLike, row: tuple[int, ...]) -> npt.NDArray[np.generic]:
+def _joined(parts: list[npt.NDArray[Any]], dtype: npt.DTypeLike, row: tuple[int, ...]) -> npt.NDArray[Any]:
     """The rows of all parts, or none if there are no parts."""
     return np.concatenate([np.empty((0, *row), dtype), *parts], dtype=dtype, casting="same_kind")

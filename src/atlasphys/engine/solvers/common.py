@@ -3,28 +3,26 @@
 import math
 
 from atlasphys.engine.jit import routine
-from atlasphys.engine.math import vec
+from atlasphys.engine.math import mat, vec
 
 
 @routine
-def load_velocity(bodies, i):
-    """Velocity of the centre of mass and angular velocity of body i."""
-    motion = bodies.motion[i]
-    return (motion[0], motion[1], motion[2]), (motion[3], motion[4], motion[5])
+def load_velocity(motion, i):
+    """Velocity of the centre of mass and angular velocity of body i, from its row of ``Bodies.motion``."""
+    return (motion[i, 0], motion[i, 1], motion[i, 2]), (motion[i, 3], motion[i, 4], motion[i, 5])
 
 
 @routine
-def store_velocity(bodies, i, v, w):
+def store_velocity(motion, i, v, w):
     """Write both velocities of body i."""
-    motion = bodies.motion[i]
-    motion[0], motion[1], motion[2] = v
-    motion[3], motion[4], motion[5] = w
+    motion[i, 0], motion[i, 1], motion[i, 2] = v
+    motion[i, 3], motion[i, 4], motion[i, 5] = w
 
 
 @routine
-def load_inverse_mass(bodies, i):
+def load_inverse_mass(inverse_mass, i):
     """Inverse mass along each world axis, and inverse inertia (symmetric, six numbers), of body i."""
-    row = bodies.inverse_mass[i]
+    row = mat.load(inverse_mass, i)
     return (row[0], row[1], row[2]), (row[3], row[4], row[5], row[6], row[7], row[8])
 
 

@@ -15,6 +15,7 @@ import math
 
 from atlasphys.engine.jit import routine
 from atlasphys.engine.math import mat, quat, vec
+from atlasphys.engine.solvers.common import load_inverse_mass
 from atlasphys.engine.state.bodies import DYNAMIC, STATIC
 from atlasphys.engine.state.pose import ROTATION_LOCKS
 
@@ -29,16 +30,18 @@ def integrate_velocities(bodies, count, gravity, h):
     Damping is the implicit Euler step of v̇ = −c v: never unstable, however large c h.
     """
     one = type(h)(1)
+    motion, force, response = bodies.motion, bodies.force, bodies.response
     for i in range(count):
         if bodies.kind[i] == DYNAMIC:
-            motion, inverse_mass, force, response = bodies.motion[i], bodies.inverse_mass[i], bodies.force[i], bodies.response[i]
-            linear, angular = one / (one + h * response[1]), one / (one + h * response[2])
+            linear, angular = one / (one + h * response[i, 1]), one / (one + h * response[i, 2])
+            inverse_mass, inverse_inertia = load_inverse_mass(bodies.inverse_mass, i)
             for k in range(3):
                 if inverse_mass[k] > 0:
-                    motion[k] = (motion[k] + h * (response[0] * gravity[k] + inverse_mass[k] * force[k])) * linear
+                    acceleration = response[i, 0] * gravity[k] + inverse_mass[k] * force[i, k]
+                    motion[i, k] = (motion[i, k] + h * acceleration) * linear
                 else:  # locked
-                    motion[k] = 0
-            spin = (motion[3], motion[4], motion[5])
+                    motion[i, k] = 0
+            spin = (motion[i, 3], motion[i, 4], motion[i, 5])
             if bodies.locks[i] & ROTATION_LOCKS:
                 zero = h - h
                 spin = (
@@ -46,17 +49,9 @@ def integrate_velocities(bodies, count, gravity, h):
                     zero if bodies.locks[i] & 16 else spin[1],
                     zero if bodies.locks[i] & 32 else spin[2],
                 )
-            inverse_inertia = (
-                inverse_mass[3],
-                inverse_mass[4],
-                inverse_mass[5],
-                inverse_mass[6],
-                inverse_mass[7],
-                inverse_mass[8],
-            )
-            change = mat.sym_mul_vec(inverse_inertia, (force[4], force[5], force[6]))
+            change = mat.sym_mul_vec(inverse_inertia, (force[i, 4], force[i, 5], force[i, 6]))
             for k in range(3):
-                motion[3 + k] = (spin[k] + h * change[k]) * angular
+                motion[i, 3 + k] = (spin[k] + h * change[k]) * angular
 
 
 @routine
@@ -96,19 +91,19 @@ def midpoint_spin(momentum, inertia, inverse, h):
 def integrate_positions(bodies, count, h):
     """Move centres by h v and turn orientations, keeping each free body's angular momentum; note both in ``motion`` 6–11."""
     real = type(h)
+    motion, mass = bodies.motion, bodies.mass
     for i in range(count):
         if bodies.kind[i] != STATIC:
-            motion, mass = bodies.motion[i], bodies.mass[i]
-            spin = (motion[3], motion[4], motion[5])
+            spin = (motion[i, 3], motion[i, 4], motion[i, 5])
             # 2 tan(|h ω| / 2), to fifth order: the Cayley rotation by it turns by |h ω|.
             angle = h * h * vec.length_squared(spin)
             turn = vec.scale(spin, h * (real(1) + angle / real(12) + angle * angle / real(120)))
-            isotropic = mass[2] == mass[3] and mass[3] == mass[4]
+            isotropic = mass[i, 2] == mass[i, 3] and mass[i, 3] == mass[i, 4]
             if bodies.kind[i] == DYNAMIC and not isotropic and vec.length_squared(spin) > 0:
                 orientation = quat.load(bodies.orientation, i)
                 to_world = quat.mul(orientation, quat.load(bodies.principal, i))
                 axes = quat.matrix(to_world)
-                inertia, inverse = (mass[2], mass[3], mass[4]), (mass[5], mass[6], mass[7])
+                inertia, inverse = (mass[i, 2], mass[i, 3], mass[i, 4]), (mass[i, 5], mass[i, 6], mass[i, 7])
                 w = mat.transpose_mul_vec(axes, spin)
                 if not bodies.locks[i] & ROTATION_LOCKS:
                     momentum = (inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2])
@@ -116,31 +111,47 @@ def integrate_positions(bodies, count, h):
                     turn = mat.mul_vec(axes, vec.scale(middle, h))
                     turned = quat.matrix(quat.mul(quat.cayley(turn), to_world))
                     momentum = mat.transpose_mul_vec(turned, mat.mul_vec(axes, momentum))
-                    spin = mat.mul_vec(turned, (momentum[0] * inverse[0], momentum[1] * inverse[1], momentum[2] * inverse[2]))
+                    spin = mat.mul_vec(
+                        turned, (momentum[0] * inverse[0], momentum[1] * inverse[1], momentum[2] * inverse[2])
+                    )
                 else:
                     # The locks' own torque changes L, but does no work: take the free axes' Euler equation explicitly and
                     # put the energy back.
                     matrix = mat.rotated_diagonal(axes, inertia)
                     momentum = mat.sym_mul_vec(matrix, spin)
-                    row = bodies.inverse_mass[i]
-                    free = (row[3], row[4], row[5], row[6], row[7], row[8])
+                    _, free = load_inverse_mass(bodies.inverse_mass, i)
                     changed = vec.add_scaled(spin, mat.sym_mul_vec(free, vec.cross(spin, momentum)), -h)
                     energy = vec.dot(spin, momentum)
                     now = vec.dot(changed, mat.sym_mul_vec(matrix, changed))
                     spin = vec.scale(changed, math.sqrt(energy / now) if now > 0 else real(1))
             for k in range(3):
-                motion[3 + k] = spin[k]
-                motion[6 + k] = h * motion[k]
-                motion[9 + k] = turn[k]
-                bodies.center[i, k] += motion[6 + k]
-            turn_body(bodies, i, turn)
+                motion[i, 3 + k] = spin[k]
+                motion[i, 6 + k] = h * motion[i, k]
+                motion[i, 9 + k] = turn[k]
+                bodies.center[i, k] += motion[i, 6 + k]
+            turn_body(bodies.orientation, i, turn)
 
 
 @routine
-def turn_body(bodies, i, turn):
+def turn_body(orientation, i, turn):
     """Turn body i by the Cayley rotation of the world-axes vector ``turn``."""
     if vec.length_squared(turn) > 0:
-        quat.store(bodies.orientation, i, quat.unit(quat.mul(quat.cayley(turn), quat.load(bodies.orientation, i))))
+        quat.store(orientation, i, quat.unit(quat.mul(quat.cayley(turn), quat.load(orientation, i))))
+
+
+@routine
+def turn_keeping_momentum(bodies, i, turn, change):
+    """Turn body i, which is free to rotate, and change its spin angular momentum I ω, kept otherwise, by ``change``."""
+    if vec.length_squared(turn) > 0 or vec.length_squared(change) > 0:
+        motion, mass, principal = bodies.motion, bodies.mass, quat.load(bodies.principal, i)
+        axes = quat.matrix(quat.mul(quat.load(bodies.orientation, i), principal))
+        tensor = mat.rotated_diagonal(axes, (mass[i, 2], mass[i, 3], mass[i, 4]))
+        spin = mat.sym_mul_vec(tensor, (motion[i, 3], motion[i, 4], motion[i, 5]))
+        turn_body(bodies.orientation, i, turn)
+        axes = quat.matrix(quat.mul(quat.load(bodies.orientation, i), principal))
+        inverse = mat.rotated_diagonal(axes, (mass[i, 5], mass[i, 6], mass[i, 7]))
+        spin = mat.sym_mul_vec(inverse, vec.add(spin, change))
+        motion[i, 3], motion[i, 4], motion[i, 5] = spin
 
 
 @routine

@@ -18,7 +18,7 @@ class Manifolds(NamedTuple):
     """(m,) collider row of the pair's lower row."""
     b: npt.NDArray[np.int32]
     """(m,) collider row of the pair's higher row."""
-    count: npt.NDArray[np.int32]
+    count: npt.NDArray[np.int32]  # type: ignore[assignment]  # hides tuple.count
     """(m,) points in use, 1 to 4."""
     touching: npt.NDArray[np.bool_]
     """(m,) whether the pair has touched (overlapped or pushed) since the manifold began."""
@@ -28,6 +28,8 @@ class Manifolds(NamedTuple):
     """(m, 4) combined friction, restitution, rolling friction [m], torsional friction [m]."""
     feature: npt.NDArray[np.int32]
     """(m, 4) which features of the two shapes met at the point."""
+    point: npt.NDArray[np.float64]
+    """(m, 4, 3) contact point, midway between the two surfaces, world axes [m]."""
     anchor_a: npt.NDArray[np.floating]
     """(m, 4, 3) contact point − centre of mass of a, world axes [m]."""
     anchor_b: npt.NDArray[np.floating]
@@ -59,6 +61,7 @@ def empty_manifolds(capacity: int, real: npt.DTypeLike) -> Manifolds:
         normal=aligned_zeros((m, 3), real),
         material=aligned_zeros((m, 4), real),
         feature=aligned_zeros((m, 4), np.int32),
+        point=aligned_zeros((m, 4, 3), np.float64),
         anchor_a=aligned_zeros((m, 4, 3), real),
         anchor_b=aligned_zeros((m, 4, 3), real),
         local_a=aligned_zeros((m, 4, 3), real),

@@ -2,7 +2,7 @@
 
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.math import mat, quat, vec
-from atlasphys.engine.state.bodies import DYNAMIC
+from atlasphys.engine.state.bodies import DYNAMIC, Bodies
 
 ROTATION_LOCKS = 0b111000
 """Bits of ``Bodies.locks`` that forbid rotation."""
@@ -36,30 +36,30 @@ def free_inverse_inertia(inertia, locks):
 
 
 @kernel
-def refresh(bodies, first, last):
+def refresh(bodies: Bodies, first: int, last: int) -> None:
     """Derive ``center``, ``geometry`` and ``inverse_mass`` of the rows first … last − 1 from their state and properties."""
+    geometry, inverse_mass, mass = bodies.geometry, bodies.inverse_mass, bodies.mass
     for i in range(first, last):
         orientation = quat.load(bodies.orientation, i)
         rotation = quat.matrix(orientation)
+        mat.store(geometry, i, rotation)
         offset = mat.mul_vec(rotation, vec.load(bodies.local_center, i))
-        for k in range(9):
-            bodies.geometry[i, k] = rotation[k]
         for k in range(3):
-            bodies.geometry[i, 9 + k] = offset[k]
+            geometry[i, 9 + k] = offset[k]
             bodies.center[i, k] = bodies.position[i, k] + offset[k]
             bodies.motion[i, 6 + k] = bodies.motion[i, 9 + k] = 0
         if bodies.kind[i] == DYNAMIC:
-            mass, locks = bodies.mass[i], bodies.locks[i]
-            zero = mass[1] - mass[1]
+            locks = bodies.locks[i]
             axes = quat.matrix(quat.mul(orientation, quat.load(bodies.principal, i)))
-            for k in range(3):
-                bodies.inverse_mass[i, k] = zero if locks & (1 << k) else mass[1]
             if locks & ROTATION_LOCKS:
-                inverse = free_inverse_inertia(mat.rotated_diagonal(axes, (mass[2], mass[3], mass[4])), locks)
+                tensor = mat.rotated_diagonal(axes, (mass[i, 2], mass[i, 3], mass[i, 4]))
+                inverse = free_inverse_inertia(tensor, locks)
             else:
-                inverse = mat.rotated_diagonal(axes, (mass[5], mass[6], mass[7]))
+                inverse = mat.rotated_diagonal(axes, (mass[i, 5], mass[i, 6], mass[i, 7]))
+            for k in range(3):
+                inverse_mass[i, k] = 0 if locks & (1 << k) else mass[i, 1]
             for k in range(6):
-                bodies.inverse_mass[i, 3 + k] = inverse[k]
+                inverse_mass[i, 3 + k] = inverse[k]
         else:
             for k in range(9):
-                bodies.inverse_mass[i, k] = 0
+                inverse_mass[i, k] = 0

@@ -114,10 +114,12 @@ class State:
         )
         self.row_buffer: npt.NDArray[np.int32] = np.zeros(capacity, np.int32)
         self.displacement: npt.NDArray[Any] = np.zeros((capacity, 6), self.real)
+        self.spin_change: npt.NDArray[Any] = np.zeros((capacity, 3), self.real)
         self.pairs: npt.NDArray[np.int32] = np.zeros((64, 2), np.int32)
         self.contacts: Contacts = empty_contacts(64, 512, self.real)
         self.next_manifolds: Manifolds = empty_manifolds(len(self.manifolds.a), self.real)
         self.next_count = 0
+        self.touched_before: npt.NDArray[np.bool_] = np.zeros(0, np.bool_)
         self.manifold_ended: npt.NDArray[np.bool_] = np.zeros(len(self.manifolds.a), np.bool_)
 
     @property
@@ -136,28 +138,31 @@ class State:
             self.remembered = with_capacity(self.remembered, 2 * row)
             self.row_buffer = np.zeros(2 * row, np.int32)
             self.displacement = np.zeros((2 * row, 6), self.real)
-        for table in (self.bodies, self.colliders):
-            for array in table:
-                array[row] = 0
+            self.spin_change = np.zeros((2 * row, 3), self.real)
+        for array in (*self.bodies, *self.colliders):
+            array[row] = 0
         self.count += 1
         return row
 
     def refreshed(self, row: int) -> None:
-        """Derive what follows from the row's new state or properties, and remember its state."""
+        """Derive what follows from a new row's state and properties, and remember its state."""
         refresh(self.bodies, row, row + 1)
         self._remember(slice(row, row + 1))
 
+    def take_over(self, column: str, row: int, part: slice) -> None:
+        """Remember a checked change of one column. What else was written into the row stays noticeable."""
+        getattr(self.remembered, column)[row, part] = getattr(self.bodies, column)[row, part]
+
     def remove(self, row: int) -> None:
         """Remove a body, its collider and its manifolds, and close the gap."""
-        for table in (self.bodies, self.colliders, self.remembered):
-            for array in table:
-                array[row : self.count - 1] = array[row + 1 : self.count]
+        for array in (*self.bodies, *self.colliders, *self.remembered):
+            array[row : self.count - 1] = array[row + 1 : self.count]
         self.count -= 1
         self.colliders.body[row : self.count] -= 1
         old, m = self.manifolds, self.manifold_count
         kept = np.flatnonzero((old.a[:m] != row) & (old.b[:m] != row))
-        for array in old:
-            array[: len(kept)] = array[kept]
+        for column in old:
+            column[: len(kept)] = column[kept]
         self.manifold_count = len(kept)
         for side in (old.a, old.b):
             side[: len(kept)] -= side[: len(kept)] > row
@@ -192,12 +197,16 @@ class State:
         self._remember(slice(0, self.count))
 
     def _remember(self, rows: slice) -> None:
-        for then, now in zip(self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True):
+        for then, now in zip(
+            self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True
+        ):
             then[rows] = now[rows]
 
     def roll_back(self) -> None:
         """Return to the remembered state. Manifolds need no copy: a step builds the next ones beside them."""
-        for then, now in zip(self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True):
+        for then, now in zip(
+            self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True
+        ):
             now[: self.count] = then[: self.count]
         refresh(self.bodies, 0, self.count)
 
@@ -212,11 +221,8 @@ class State:
         """Make the next manifolds the present ones, note which contacts began and ended, and advance the clock."""
         old, m, new, n = self.manifolds, self.manifold_count, self.next_manifolds, self.next_count
         lost = np.flatnonzero(self.manifold_ended[:m] & old.touching[:m])
+        fresh = np.flatnonzero(new.touching[:n] & ~self.touched_before)
         self.ended = np.stack([old.a[lost], old.b[lost]], axis=1)
-        # A manifold of the last step that did not touch yet, or none at all: the contact begins now.
-        old_keys = _keys(old, m)[old.touching[:m]]
-        touching = np.flatnonzero(new.touching[:n])
-        fresh = touching[~np.isin(_keys(new, n)[touching], old_keys, assume_unique=True)]
         self.began = np.stack([new.a[fresh], new.b[fresh]], axis=1)
         self.manifolds, self.manifold_count, self.next_manifolds, self.next_count = new, n, old, 0
         self.bodies.force[: self.count] = 0
@@ -240,7 +246,16 @@ class State:
         return other
 
     def __getstate__(self) -> dict[str, Any]:
-        buffers = ("row_buffer", "displacement", "pairs", "contacts", "next_manifolds", "manifold_ended")
+        buffers = (
+            "row_buffer",
+            "displacement",
+            "spin_change",
+            "pairs",
+            "contacts",
+            "next_manifolds",
+            "touched_before",
+            "manifold_ended",
+        )
         return {name: value for name, value in self.__dict__.items() if name not in buffers}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -258,19 +273,33 @@ class State:
         digest.update(np.array([self.time, self.last_h], np.float64).tobytes())
         n, m = self.count, self.manifold_count
         b, c = self.bodies, self.colliders
-        for array in (b.position, b.orientation, b.motion[:, :6], b.force, b.kind, b.mass, b.local_center, b.principal, b.response, b.locks):
+        # Shapes by what they are and where they are first used: their rows in the table depend on what was removed.
+        shapes, used = self.table.shapes, c.shape[:n].tolist()
+        order = {row: place for place, row in enumerate(dict.fromkeys(used))}
+        digest.update(np.array([order[row] for row in used], np.int32).tobytes())
+        for row in order:
+            shape = shapes[row]
+            digest.update(np.array([shape.kind, *shape.sizes]).tobytes())
+            for array in shape.polyhedron or ():
+                digest.update(array.tobytes())
+        for array in (
+            b.position,
+            b.orientation,
+            b.motion[:, :6],
+            b.force,
+            b.kind,
+            b.mass,
+            b.local_center,
+            b.principal,
+            b.response,
+            b.locks,
+        ):
             digest.update(np.ascontiguousarray(array[:n]).tobytes())
         for array in (c.body, c.material, c.group, c.mask):
             digest.update(array[:n].tobytes())
         for array in self.manifolds:
             digest.update(array[:m].tobytes())
         return digest.hexdigest()
-
-
-def _keys(manifolds: Manifolds, count: int) -> npt.NDArray[np.int64]:
-    """One number for each pair."""
-    keys: npt.NDArray[np.int64] = (manifolds.a[:count].astype(np.int64) << 32) + manifolds.b[:count]
-    return keys
 
 
 def _without(row: int, pairs: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:

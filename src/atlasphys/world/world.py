@@ -1,0 +1,614 @@
+"""The world: what a user builds, steps and reads."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import math
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from atlasphys.engine.broadphase import BROADPHASES
+from atlasphys.engine.manifold.build import COMBINE_RULES
+from atlasphys.engine.shapes.mass import mass_properties
+from atlasphys.engine.shapes.plane import Plane
+from atlasphys.engine.shapes.shape import Shape
+from atlasphys.engine.solvers import SOLVERS
+from atlasphys.engine.state.bodies import DYNAMIC, KINDS, STATIC
+from atlasphys.engine.state.state import Environment, State
+from atlasphys.engine.step import STAGES, DivergedError, Pipeline, step
+from atlasphys.errors import DivergenceError, InvalidArgumentError
+from atlasphys.world.arguments import (
+    LARGEST_COORDINATE,
+    bits,
+    bounded_vector,
+    choice,
+    in_range,
+    lock_bits,
+    rgb,
+    unit_quaternion,
+)
+from atlasphys.world.body import COEFFICIENTS, RESPONSES, Body
+from atlasphys.world.views import Bodies, Energy, Event, contact_points
+
+NARROWPHASES = ("auto", "gjk_epa", "sat")
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "classic": {"broadphase": "sweep", "narrowphase": "gjk_epa", "solver": "sequential_impulse"},
+}
+"""Name → arguments of ``World`` that it stands for."""
+
+DEFAULT_PRESET = "classic"
+
+PRECISIONS = {"single": np.float32, "double": np.float64}
+
+SHORTEST_STEP, LONGEST_STEP = 1e-7, 10.0
+"""Range of dt [s]. Outside it h² or 1/h² leaves single precision's range in usual scenes."""
+
+LONGEST_RUN = 1e9
+"""Most seconds that ``World.run`` simulates: thirty years."""
+
+
+@dataclass(frozen=True, slots=True)
+class BodyInfo:
+    """What is known of a body beside the physics."""
+
+    name: str | None
+    color: tuple[float, float, float] | None
+
+
+class Snapshot:
+    """A world's state at one moment, from :meth:`World.snapshot`. It can be restored any number of times, and pickled."""
+
+    __slots__ = ("_infos", "_pipeline", "_state")
+
+    def __init__(self, state: State, infos: list[BodyInfo], pipeline: Pipeline) -> None:
+        self._state = state
+        self._infos = infos
+        self._pipeline = pipeline
+
+    def __repr__(self) -> str:
+        return f"<Snapshot: {self._state.count} bodies at {self._state.time:.6g} s>"
+
+
+class World:
+    """A world of rigid bodies.
+
+    SI units, right-handed axes, y up unless gravity says otherwise.
+
+    Args:
+        gravity: acceleration of free fall [m/s²], (3,).
+        preset: a named set of the arguments below; explicit ones override it. ``"classic"`` (sweep and prune, GJK + EPA, sequential
+            impulses with position projection) is what a world uses by default.
+        solver: name of a solver, ``"sequential_impulse"``, or its settings, ``ap.SequentialImpulse(iterations=20)``.
+        narrowphase: ``"gjk_epa"`` or ``"sat"`` forces one method for all convex pairs that it can serve; ``"auto"`` picks the
+            fastest right one per pair.
+        broadphase: ``"sweep"`` (sweep and prune) or ``"brute"`` (all pairs; for few bodies, and the reference).
+        position_correction: ``"projection"`` or ``"baumgarte"``: how overlap is removed; see :class:`SequentialImpulse`.
+        substeps: solver steps per step; ``sequential_impulse`` takes 1.
+        threads: number of threads; 1.
+        precision: ``"single"`` (faster) or ``"double"``, for all but positions, which are always double.
+        sleeping: whether resting bodies are left out of the computation until something disturbs them; False.
+        length_unit: typical size of a body [m]. All tolerances that are lengths or speeds scale with it: set 0.01 for a scene of
+            marbles, 100 for one of houses.
+        restitution_threshold: approach speed below which contacts do not bounce [m/s]. Default: 1 m/s × ``length_unit`` / m.
+        friction_combine, restitution_combine: how the coefficients of two bodies make that of their contact:
+            ``"geometric_mean"``, ``"average"``, ``"min"``, ``"max"`` or ``"multiply"``.
+
+    Raises:
+        InvalidArgumentError: a value is not of the right kind, out of range, given twice, or names what does not exist.
+
+    >>> import atlasphys as ap
+    >>> world = ap.World()
+    >>> ground = world.add(ap.Plane(normal=(0, 1, 0)))
+    >>> crate = world.add(ap.Box(size=(1, 1, 1)), position=(0, 0.5, 0), mass=10, name="crate")
+    >>> world.run(seconds=1, dt=1 / 60)
+    >>> abs(crate.position[1] - 0.5) < 0.005
+    True
+    >>> round(float(world.contacts.normal_impulse.sum() / (1 / 60)), 2)  # the crate's weight [N]
+    98.1
+    """
+
+    def __init__(
+        self,
+        *,
+        gravity: object = (0.0, -9.81, 0.0),
+        preset: str | None = None,
+        solver: object = None,
+        narrowphase: str | None = None,
+        broadphase: str | None = None,
+        position_correction: str | None = None,
+        substeps: int | None = None,
+        threads: int | None = None,
+        precision: str = "single",
+        sleeping: bool | None = None,
+        length_unit: float = 1.0,
+        restitution_threshold: float | None = None,
+        friction_combine: str = "geometric_mean",
+        restitution_combine: str = "max",
+    ) -> None:
+        chosen = PRESETS[DEFAULT_PRESET if preset is None else choice("preset", preset, PRESETS)]
+        for name, value, only in (("substeps", substeps, 1), ("threads", threads, 1), ("sleeping", sleeping, False)):
+            if value is not None and (type(value) is not type(only) or value != only):
+                raise InvalidArgumentError(f"{name} must be {only} in this version (got {value!r})")
+        unit = in_range("length_unit", length_unit, 1e-3, 1e3)
+        self._precision = choice("precision", precision, PRECISIONS)
+        name, settings = _solver(chosen["solver"] if solver is None else solver)
+        if position_correction is not None:
+            if dataclasses.is_dataclass(solver):
+                raise InvalidArgumentError(
+                    "position_correction is given twice: as an argument and in the solver's settings"
+                )
+            settings = dataclasses.replace(settings, position_correction=position_correction)
+        self._pipeline = Pipeline(
+            broadphase=choice("broadphase", chosen["broadphase"] if broadphase is None else broadphase, BROADPHASES),
+            narrowphase=choice(
+                "narrowphase", chosen["narrowphase"] if narrowphase is None else narrowphase, NARROWPHASES
+            ),
+            solver=name,
+            solver_settings=settings,
+        )
+        environment = Environment(
+            gravity=_gravity(gravity),
+            length_unit=unit,
+            restitution_threshold=_threshold(unit if restitution_threshold is None else restitution_threshold),
+            friction_rule=COMBINE_RULES[choice("friction_combine", friction_combine, COMBINE_RULES)],
+            restitution_rule=COMBINE_RULES[choice("restitution_combine", restitution_combine, COMBINE_RULES)],
+        )
+        self._state = State(PRECISIONS[self._precision], environment)
+        self._infos: list[BodyInfo] = []
+        self._profile: dict[str, float] = dict.fromkeys(STAGES, 0.0)
+        self._serial = 0
+        self._start_generation()
+
+    def _start_generation(self) -> None:
+        """Ids given from now on differ from those given in any other branch of this world's history."""
+        self._generation = secrets.randbits(31)
+
+    # Settings --------------------------------------------------------------------------------------------------------
+
+    @property
+    def gravity(self) -> npt.NDArray[np.float64]:
+        """Acceleration of free fall [m/s²], (3,). Assign to change it."""
+        value = np.array(self._state.environment.gravity)
+        value.flags.writeable = False
+        return value
+
+    @gravity.setter
+    def gravity(self, value: object) -> None:
+        self._set_environment(gravity=_gravity(value))
+
+    @property
+    def solver(self) -> str:
+        """Name of the solver. Assign a name or a solver's settings to change it between steps."""
+        return self._pipeline.solver
+
+    @solver.setter
+    def solver(self, value: object) -> None:
+        name, settings = _solver(value)
+        self._pipeline = dataclasses.replace(self._pipeline, solver=name, solver_settings=settings)
+
+    @property
+    def solver_settings(self) -> Any:
+        """The solver's settings, a frozen dataclass."""
+        return self._pipeline.solver_settings
+
+    @property
+    def narrowphase(self) -> str:
+        """``"auto"``, ``"gjk_epa"`` or ``"sat"``."""
+        return self._pipeline.narrowphase
+
+    @narrowphase.setter
+    def narrowphase(self, value: str) -> None:
+        self._pipeline = dataclasses.replace(self._pipeline, narrowphase=choice("narrowphase", value, NARROWPHASES))
+
+    @property
+    def broadphase(self) -> str:
+        """``"sweep"`` or ``"brute"``."""
+        return self._pipeline.broadphase
+
+    @broadphase.setter
+    def broadphase(self, value: str) -> None:
+        self._pipeline = dataclasses.replace(self._pipeline, broadphase=choice("broadphase", value, BROADPHASES))
+
+    @property
+    def restitution_threshold(self) -> float:
+        """Approach speed below which contacts do not bounce [m/s]."""
+        return self._state.environment.restitution_threshold
+
+    @restitution_threshold.setter
+    def restitution_threshold(self, value: float) -> None:
+        self._set_environment(restitution_threshold=_threshold(value))
+
+    @property
+    def friction_combine(self) -> str:
+        """Rule by which two bodies' friction makes that of their contact."""
+        return list(COMBINE_RULES)[self._state.environment.friction_rule]
+
+    @friction_combine.setter
+    def friction_combine(self, value: str) -> None:
+        self._set_environment(friction_rule=COMBINE_RULES[choice("friction_combine", value, COMBINE_RULES)])
+
+    @property
+    def restitution_combine(self) -> str:
+        """Rule by which two bodies' restitution makes that of their contact."""
+        return list(COMBINE_RULES)[self._state.environment.restitution_rule]
+
+    @restitution_combine.setter
+    def restitution_combine(self, value: str) -> None:
+        self._set_environment(restitution_rule=COMBINE_RULES[choice("restitution_combine", value, COMBINE_RULES)])
+
+    def _set_environment(self, **change: Any) -> None:
+        self._state.environment = dataclasses.replace(self._state.environment, **change)
+
+    @property
+    def precision(self) -> str:
+        """``"single"`` or ``"double"``."""
+        return self._precision
+
+    @property
+    def length_unit(self) -> float:
+        """Typical size of a body [m]."""
+        return self._state.environment.length_unit
+
+    @property
+    def substeps(self) -> int:
+        """Solver steps per step."""
+        return 1
+
+    @property
+    def threads(self) -> int:
+        """Number of threads."""
+        return 1
+
+    @property
+    def sleeping(self) -> bool:
+        """Whether resting bodies are put to sleep."""
+        return False
+
+    # Bodies ----------------------------------------------------------------------------------------------------------
+
+    def add(
+        self,
+        shape: Shape,
+        *,
+        position: object = (0.0, 0.0, 0.0),
+        orientation: object = (1.0, 0.0, 0.0, 0.0),
+        velocity: object = (0.0, 0.0, 0.0),
+        angular_velocity: object = (0.0, 0.0, 0.0),
+        mass: float | None = None,
+        density: float | None = None,
+        inertia: Any = None,
+        kind: str | None = None,
+        friction: float = 0.5,
+        restitution: float = 0.0,
+        rolling_friction: float = 0.0,
+        torsional_friction: float = 0.0,
+        linear_damping: float = 0.0,
+        angular_damping: float = 0.0,
+        gravity_scale: float = 1.0,
+        locks: object = None,
+        group: int = 1,
+        mask: int = ~0,
+        color: object = None,
+        name: str | None = None,
+    ) -> Body:
+        """Add a body and return its handle.
+
+        Args:
+            shape: its shape, ``ap.Box(size=(1, 1, 1))`` for instance. Many bodies may share one.
+            position: origin of the shape's own frame [m], (3,).
+            orientation: quaternion (w, x, y, z), (4,); normalised.
+            velocity: velocity of the centre of mass [m/s], (3,).
+            angular_velocity: [rad/s], world axes, (3,).
+            mass: mass [kg]; or give
+            density: [kg/m³]. Default: 1000. Without effect on static and kinematic bodies.
+            inertia: about the centre of mass [kg m²]: three moments about the shape's axes, or a 3×3 tensor in those axes. Default: that of
+                the shape at uniform density.
+            kind: ``"dynamic"`` (moved by forces and contacts), ``"static"`` (never moves) or ``"kinematic"`` (moves with the velocity it
+                is given, whatever it meets). Default: dynamic; planes are static.
+            friction: coefficient of Coulomb friction, ≥ 0.
+            restitution: coefficient of restitution, 0 to 1.
+            rolling_friction: lever arm of rolling resistance [m], ≥ 0.
+            torsional_friction: effective radius of the contact patch [m], ≥ 0.
+            linear_damping, angular_damping: rates at which velocities decay [1/s], ≥ 0.
+            gravity_scale: factor on the world's gravity.
+            locks: axes of the world along which ("x", "y", "z") or about which ("rx", "ry", "rz") the body cannot move.
+            group: bits of the groups that the body belongs to.
+            mask: bits of the groups with which it collides. Two bodies collide if each one's mask admits the other's group.
+            color: for pictures: ``"#rrggbb"`` or red, green and blue from 0 to 1.
+            name: a name, unique in the world.
+
+        Raises:
+            InvalidArgumentError: a value is not of the right kind or out of range; the world is unchanged.
+        """
+        if not isinstance(shape, Shape):
+            raise InvalidArgumentError(f"shape must be a shape such as ap.Box(size=(1, 1, 1)) (got {shape!r})")
+        is_plane = isinstance(shape, Plane)
+        code = KINDS[choice("kind", ("static" if is_plane else "dynamic") if kind is None else kind, KINDS)]
+        if is_plane and code != STATIC:
+            raise InvalidArgumentError(f"a plane is always static (got kind={kind!r})")
+        where = bounded_vector("position", position)
+        turned = unit_quaternion("orientation", orientation)
+        moving = bounded_vector("velocity", velocity) + bounded_vector("angular_velocity", angular_velocity)
+        if code == STATIC and any(moving):
+            raise InvalidArgumentError("a static body has no velocity; make it kinematic to move it")
+        properties = None
+        if not is_plane:
+            density = 1000.0 if mass is None and density is None else density
+            properties = mass_properties(shape, mass=mass, density=density, inertia=inertia)
+        given = {
+            "friction": friction,
+            "restitution": restitution,
+            "rolling_friction": rolling_friction,
+            "torsional_friction": torsional_friction,
+            "linear_damping": linear_damping,
+            "angular_damping": angular_damping,
+            "gravity_scale": gravity_scale,
+        }
+        material = [in_range(key, given[key], low, high) for key, (_, low, high) in COEFFICIENTS.items()]
+        response = [in_range(key, given[key], low, high) for key, (_, low, high) in RESPONSES.items()]
+        locked, group_bits, mask_bits = lock_bits(locks), bits("group", group), bits("mask", mask)
+        info = BodyInfo(self._checked_name(name), rgb(color))
+
+        state = self._state
+        row = state.append()
+        bodies, colliders = state.bodies, state.colliders
+        bodies.position[row], bodies.orientation[row], bodies.motion[row, 0:6] = where, turned, moving
+        bodies.kind[row], bodies.locks[row], bodies.response[row, 0:3] = code, locked, response
+        bodies.principal[row, 0] = 1.0
+        if properties is not None:
+            bodies.local_center[row], bodies.principal[row] = properties.center, properties.principal
+            if code == DYNAMIC:
+                values = (properties.mass, *properties.moments)
+                bodies.mass[row] = (values[0], 1 / values[0], *values[1:], *(1 / moment for moment in values[1:]))
+        colliders.body[row], colliders.shape[row] = row, state.table.row_of(shape)
+        colliders.material[row], colliders.group[row], colliders.mask[row] = material, group_bits, mask_bits
+        bodies.id[row] = (self._generation << 32) + self._serial
+        self._serial += 1
+        self._infos.append(info)
+        state.refreshed(row)
+        return Body(self, row)
+
+    def _checked_name(self, name: str | None) -> str | None:
+        if name is None:
+            return None
+        if not isinstance(name, str) or not name:
+            raise InvalidArgumentError(f"name must be a non-empty string or None (got {name!r})")
+        if any(info.name == name for info in self._infos):
+            raise InvalidArgumentError(f"name {name!r} is already taken by another body of this world")
+        return name
+
+    def remove(self, body: Body) -> None:
+        """Remove a body. The rows after it move up by one; its handles raise from now on.
+
+        Raises:
+            InvalidArgumentError: the body belongs to another world.
+            RemovedBodyError: it has been removed before.
+        """
+        if not isinstance(body, Body) or body.world is not self:
+            raise InvalidArgumentError(f"body must be a body of this world (got {body!r})")
+        row = body.row
+        self._state.remove(row)
+        del self._infos[row]
+
+    @property
+    def bodies(self) -> Bodies:
+        """All bodies, as a sequence of handles and as arrays."""
+        return Bodies(self)
+
+    # Stepping --------------------------------------------------------------------------------------------------------
+
+    def step(self, dt: float) -> None:
+        """Advance the world by one step of ``dt`` seconds.
+
+        Raises:
+            InvalidArgumentError: dt is out of range, or what was written into ``world.bodies`` is not finite or moves a static body.
+            DivergenceError: a body's state would no longer be finite. In both cases the world is as it was before the step.
+        """
+        h = in_range("dt", dt, SHORTEST_STEP, LONGEST_STEP)
+        self._check_written()
+        try:
+            self._profile = step(self._state, self._pipeline, h)
+        except DivergedError as error:
+            names = tuple(self._infos[row].name or f"body {row}" for row in error.rows)
+            shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+            raise DivergenceError(
+                f"the step from {self.time:.6g} s gave non-finite positions or velocities for {shown}; "
+                "the world is as it was before it. Look for huge speeds, forces or mass ratios, or take a shorter step",
+                names,
+            ) from None
+
+    def run(self, seconds: float, dt: float = 1 / 60) -> None:
+        """Take as many steps of ``dt`` seconds as it takes to simulate ``seconds``, rounded to the nearest number of steps.
+
+        Raises:
+            InvalidArgumentError, DivergenceError: as :meth:`step`; the steps before the failing one remain.
+        """
+        length = in_range("seconds", seconds, 0, LONGEST_RUN)
+        h = in_range("dt", dt, SHORTEST_STEP, LONGEST_STEP)
+        for _ in range(round(length / h)):
+            self.step(h)
+
+    def _check_written(self) -> None:
+        """Check what the user has written into the bulk views since the last step."""
+        state = self._state
+        rows = state.written_rows()
+        if len(rows) == 0:
+            return
+        bodies, before = state.bodies, state.remembered
+        for column, now, then in (
+            ("position", bodies.position[rows], before.position[rows]),
+            ("orientation", bodies.orientation[rows], before.orientation[rows]),
+            ("velocity", bodies.motion[rows, 0:3], before.motion[rows, 0:3]),
+            ("angular_velocity", bodies.motion[rows, 3:6], before.motion[rows, 3:6]),
+        ):
+            # A quaternion of any length is normalised below; what was not written may have moved out of the range.
+            limit = np.inf if column == "orientation" else LARGEST_COORDINATE
+            wrong = rows[((now != then) & ~(np.isfinite(now) & (np.abs(now) <= limit))).any(axis=1)]
+            if len(wrong):
+                raise InvalidArgumentError(
+                    f"bodies.{column}[{wrong[0]}] was set to {getattr(self.bodies, column)[wrong[0]]}; "
+                    + ("its numbers must be finite" if limit == np.inf else f"at most {limit:g} is possible")
+                )
+        orientation = bodies.orientation[rows].astype(np.float64)
+        greatest = np.abs(orientation).max(axis=1, keepdims=True)
+        wrong = rows[greatest[:, 0] == 0]
+        if len(wrong):
+            raise InvalidArgumentError(f"bodies.orientation[{wrong[0]}] was set to zero, which is no rotation")
+        moving = rows[(bodies.kind[rows] == STATIC) & (bodies.motion[rows, 0:6] != 0).any(axis=1)]
+        if len(moving):
+            raise InvalidArgumentError(f"bodies.velocity[{moving[0]}]: the body is static and cannot move")
+        orientation /= greatest
+        lengths = np.sqrt((orientation**2).sum(axis=1, keepdims=True))
+        changed = (np.abs(lengths * greatest - 1) > 1e-6)[:, 0]
+        bodies.orientation[rows[changed]] = orientation[changed] / lengths[changed]
+        state.remember()
+
+    # Reading ---------------------------------------------------------------------------------------------------------
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self._state.time
+
+    @property
+    def steps(self) -> int:
+        """Number of steps taken."""
+        return self._state.steps
+
+    @property
+    def contacts(self) -> np.recarray[Any, Any]:
+        """Contact points of the last step, one record each; read-only.
+
+        ``body_a``, ``body_b`` are rows of ``world.bodies``; ``point`` [m]; ``normal`` from a to b; ``depth`` [m], negative where the surfaces are
+        a little apart; ``normal_impulse`` [N s] and ``friction_impulse`` (3,) [N s], applied to b, and their opposites to a.
+        """
+        state = self._state
+        return contact_points(state.manifolds, state.manifold_count, state.colliders.body)
+
+    @property
+    def events(self) -> list[Event]:
+        """What happened in the last step: contacts that began and ended."""
+        state, body = self._state, self._state.colliders.body
+        return [
+            Event(kind, Body(self, int(body[a])), Body(self, int(body[b])))
+            for kind, pairs in (("contact_begin", state.began), ("contact_end", state.ended))
+            for a, b in pairs
+        ]
+
+    @property
+    def profile(self) -> Mapping[str, float]:
+        """Seconds spent in each stage of the last step."""
+        return MappingProxyType(self._profile)
+
+    def energy(self) -> Energy:
+        """Kinetic and potential energy of the dynamic bodies [J]."""
+        mass, center, velocity, spin, spin_momentum = self._moving()
+        linear = 0.5 * mass * (velocity**2).sum(axis=1)
+        angular = 0.5 * (spin * spin_momentum).sum(axis=1)
+        state = self._state
+        dynamic = np.flatnonzero(state.bodies.kind[: state.count] == DYNAMIC)
+        height = (center * np.array(state.environment.gravity)).sum(axis=1)
+        potential = -mass * state.bodies.response[dynamic, 0].astype(np.float64) * height
+        return Energy(math.fsum(linear) + math.fsum(angular), math.fsum(potential))
+
+    def momentum(self) -> npt.NDArray[np.float64]:
+        """Total linear momentum of the dynamic bodies [kg m/s], (3,)."""
+        mass, _, velocity, _, _ = self._moving()
+        total: npt.NDArray[np.float64] = (mass[:, None] * velocity).sum(axis=0)
+        return total
+
+    def angular_momentum(self, about: object = (0.0, 0.0, 0.0)) -> npt.NDArray[np.float64]:
+        """Total angular momentum of the dynamic bodies about a point [kg m²/s], (3,)."""
+        mass, center, velocity, _, spin_momentum = self._moving()
+        arm = center - np.array(bounded_vector("about", about))
+        total: npt.NDArray[np.float64] = (np.cross(arm, mass[:, None] * velocity) + spin_momentum).sum(axis=0)
+        return total
+
+    def _moving(self) -> tuple[npt.NDArray[np.float64], ...]:
+        """Mass, centre, velocity, angular velocity and angular momentum about the centre of each dynamic body, in double."""
+        state = self._state
+        rows = np.flatnonzero(state.bodies.kind[: state.count] == DYNAMIC)
+        columns = ("mass", "orientation", "principal", "local_center", "motion")
+        mass, q, p, local, motion = (getattr(state.bodies, name)[rows].astype(np.float64) for name in columns)
+        center = state.bodies.position[rows] + _rotate(q, local)
+        velocity, spin = motion[:, 0:3], motion[:, 3:6]
+        in_axes = _rotate(_conjugate(p), _rotate(_conjugate(q), spin))
+        spin_momentum = _rotate(q, _rotate(p, mass[:, 2:5] * in_axes))
+        return mass[:, 0], center, velocity, spin, spin_momentum
+
+    def state_hash(self) -> str:
+        """A digest of the state, 32 hexadecimal digits: equal for worlds that will go on equally."""
+        return self._state.hash()
+
+    def __repr__(self) -> str:
+        return (
+            f"<World: {self._state.count} bodies at {self.time:.6g} s, {self.solver}, {self.narrowphase}, {self.broadphase}, "
+            f"{self.precision} precision>"
+        )
+
+    # Copies ----------------------------------------------------------------------------------------------------------
+
+    def snapshot(self) -> Snapshot:
+        """The whole state, exact to the bit: bodies, contacts with their impulses, clock and settings."""
+        return Snapshot(self._state.copy(), list(self._infos), self._pipeline)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot. Handles of bodies that are in it stay good; those of other bodies raise.
+
+        Raises:
+            InvalidArgumentError: not a snapshot, or one of a world of another precision.
+        """
+        if not isinstance(snapshot, Snapshot):
+            raise InvalidArgumentError(f"restore takes what World.snapshot() gave (got {snapshot!r})")
+        if snapshot._state.real != self._state.real:
+            raise InvalidArgumentError(f"the snapshot's precision is not this world's, {self.precision!r}")
+        self._state = snapshot._state.copy()
+        self._infos, self._pipeline = list(snapshot._infos), snapshot._pipeline
+        self._start_generation()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> World:
+        other = copy.copy(self)
+        memo[id(self)] = other
+        other._state, other._infos = self._state.copy(), list(self._infos)
+        other._start_generation()
+        return other
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._start_generation()
+
+
+def _solver(value: object) -> tuple[str, Any]:
+    """Name and settings of a solver given by either."""
+    for name, entry in SOLVERS.items():
+        if isinstance(value, entry.settings):
+            return name, value
+    name = choice("solver", value, SOLVERS)
+    return name, SOLVERS[name].settings()
+
+
+def _gravity(value: object) -> tuple[float, float, float]:
+    x, y, z = bounded_vector("gravity", value)
+    return x, y, z
+
+
+def _threshold(value: object) -> float:
+    return in_range("restitution_threshold", value, 0, 1e9)
+
+
+def _conjugate(q: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    return np.concatenate([q[:, :1], -q[:, 1:]], axis=1)
+
+
+def _rotate(q: npt.NDArray[np.float64], v: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """q v q* for rows of unit quaternions and vectors."""
+    t = 2.0 * np.cross(q[:, 1:], v)
+    return v + q[:, :1] * t + np.cross(q[:, 1:], t)
