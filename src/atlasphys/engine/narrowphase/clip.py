@@ -260,9 +260,11 @@ def write_contact(shapes, contacts, target, pair, n, distance, on_a, on_b, bias,
                 candidate = vec.neg(candidate)
             if vec.dot(candidate, n) > real(FACING):
                 w, _ = difference_support(shapes, pair, candidate)
-                if -vec.dot(w, candidate) >= distance - bias:
+                along = -vec.dot(w, candidate)
+                if along >= distance - bias:
                     face = side
                     face_normal = candidate
+                    distance = along
     depth = radius_a + radius_b - distance
     write_normal(contacts, target, face_normal)
     if face < 0:

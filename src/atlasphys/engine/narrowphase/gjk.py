@@ -177,8 +177,8 @@ def _holds(simplex, count, w):
 def _squared_up(simplex, count, v):
     """v made exactly square to the simplex on which it was found.
 
-    As a weighted sum v is as wrong as its points are: for a small gap, that is a large angle. The simplex's own directions
-    are wrong by the same, so they are better known than v as long as the simplex is wider than v is long.
+    As a weighted sum v is as wrong as its points are: for a small gap, that is a large angle. The simplex's own
+    directions are wrong by the same, so they are better known than v as long as the simplex is wider than v is long.
     """
     a = _row(simplex, 0)
     t = vec.sub(_row(simplex, 1), a)
@@ -217,12 +217,16 @@ def gjk(shapes, pair, start, limit, simplex):
     v = vec.neg(start)
     vv = zero
     largest = zero
+    bound = -type(zero)(math.inf)
+    best = v
     on_a = (zero, zero, zero)
     for step in range(MAX_ITERATIONS):
         w, w_on_a = difference_support(shapes, pair, vec.neg(v))
         largest = max(largest, vec.length_squared(w))
         if step > 0:
             vw = vec.dot(v, w)
+            if vw > bound * math.sqrt(vv):
+                bound, best = vw / math.sqrt(vv), v
             if vw > 0 and vw * vw > limit * limit * vv:
                 return SEPARATED, vec.scale(v, vw / vv), on_a, count
             if vv - vw <= gap_tolerance * vv + noise * math.sqrt(largest * vv):
@@ -248,4 +252,14 @@ def gjk(shapes, pair, start, limit, simplex):
             return TOUCHING, v, on_a, count
         if step > 0 and vv >= previous:
             break  # round-off has stopped the descent: this is as good as it gets
-    return SEPARATED, _squared_up(simplex, count, v), on_a, count
+    # What was found is not |v| but how far n = −v / |v| parts the cores, for the n that parts them farthest: round-off
+    # in v cannot make the two disagree.
+    v = _squared_up(simplex, count, v)
+    length = vec.length(v)
+    w, _ = difference_support(shapes, pair, vec.neg(v))
+    vw = vec.dot(v, w)
+    if vw >= bound * length:
+        bound, best = vw / length, v
+    if bound <= 0:
+        return TOUCHING, v, on_a, count
+    return SEPARATED, vec.scale(best, bound / vec.length(best)), on_a, count
