@@ -225,7 +225,7 @@ def test_a_full_disk_ends_the_recording_and_keeps_what_was_stored(tmp_path, monk
     world = small_world()
     recorder = ap.Recorder(tmp_path / "a.h5", world)
     message = r"a\.h5: cannot be written any more: .*No space left.*; the first \d+ steps are kept"
-    with pytest.raises(ap.RecordingError, match=message):  # noqa: PT012
+    with pytest.raises(ap.RecordingError, match=message):
         for step in range(5000):
             put(world, step)
             recorder.record()
