@@ -5,6 +5,8 @@ import json
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import atlasphys as ap
 from atlasphys.errors import SceneError
@@ -94,6 +96,25 @@ def test_all_wrong_parameters_are_named_at_once():
     with pytest.raises(SceneError) as error:
         ap.load_scene("pyramid", base=0, gap="inf", x=1)
     assert [line.split(": ")[1] for line in str(error.value).splitlines()] == ["base", "gap", "x"]
+
+
+@given(
+    name=st.sampled_from(["tower", "pyramid", "wall", "incline", "heavy_on_light"]),
+    value=st.one_of(
+        st.text(max_size=6), st.integers(), st.floats(), st.booleans(), st.none(), st.lists(st.integers(), max_size=2)
+    ),
+    data=st.data(),
+)
+def test_any_value_of_a_parameter_makes_a_scene_or_a_scene_error(name, value, data):
+    parameter = data.draw(st.sampled_from([*library.entry(name).parameters.model_fields, "odd", "bodies", "version"]))
+    if isinstance(value, int) and value > 30:
+        value += 10**6  # no large scenes
+    try:
+        scene = ap.load_scene(name, **{parameter: value})
+    except SceneError as error:
+        assert str(error).startswith(f"{name}: {parameter}: ")
+    else:
+        assert scene.bodies
 
 
 def test_the_boxes_of_a_tower_just_touch():
