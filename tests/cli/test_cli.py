@@ -38,12 +38,17 @@ def _compiled_kernels():
         ap.load_scene(name).build().step(1 / 60)
 
 
+@posix
 def test_help_takes_less_than_half_a_second():
+    """Of processor time: other processes on the machine do not count."""
+    import resource
+
     times = []
     for _ in range(3):
-        start = time.perf_counter()
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
         result = atlasphys("--help")
-        times.append(time.perf_counter() - start)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
         assert result.returncode == 0
         assert all(command in result.stdout for command in ("run", "scenes", "doctor"))
     assert min(times) < 0.5

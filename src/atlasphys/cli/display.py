@@ -66,7 +66,7 @@ class Display:
             self._progress.refresh()
 
     def _waiting(self, waited: float) -> str:
-        """What a long step is waiting for; empty if that is not known. Kernels are compiled when they are first needed."""
+        """What a long step is waiting for; empty if unknown. Kernels are compiled when they are first needed."""
         compiled = self._compiled()
         if compiled or self._compiled_before == 0:
             if not self._said_waiting and not self._console.is_terminal:

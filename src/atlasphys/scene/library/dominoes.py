@@ -15,7 +15,7 @@ LEAN = 14.0
 """Angle of the first domino [degrees]; at 11.3 its centre is above its lower edge."""
 
 SPIN = 1.5
-"""Speed at which the first domino turns about that edge at the start [rad/s]. Let go without it, it would lean on the second."""
+"""Speed at which the first domino turns about that edge at the start [rad/s]. Without it, it would only lean."""
 
 
 def dominoes(

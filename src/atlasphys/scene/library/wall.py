@@ -38,7 +38,7 @@ def wall(
                 (0, max(middle, 0.6), 8),
                 velocity=(0, 0, -ball_speed),
                 density=5000,
-                rolling_friction=0.05,
+                rolling_friction=0.15,
                 name="ball",
             )
         )
