@@ -32,6 +32,12 @@ if TYPE_CHECKING:
     from atlasphys.errors import RecordingError as RecordingError
     from atlasphys.errors import RemovedBodyError as RemovedBodyError
     from atlasphys.errors import SceneError as SceneError
+    from atlasphys.record.read import Poses as Poses
+    from atlasphys.record.read import Recording as Recording
+    from atlasphys.record.read import Trajectory as Trajectory
+    from atlasphys.record.write import Recorder as Recorder
+    from atlasphys.scene.load import load_scene as load_scene
+    from atlasphys.scene.scene import Scene as Scene
     from atlasphys.world.body import Body as Body
     from atlasphys.world.views import Energy as Energy
     from atlasphys.world.views import Event as Event
@@ -52,20 +58,26 @@ _HOMES = {
     "InvalidArgumentError": "errors",
     "MissingExtraError": "errors",
     "Plane": "engine.shapes.plane",
+    "Poses": "record.read",
+    "Recorder": "record.write",
+    "Recording": "record.read",
     "RecordingError": "errors",
     "RemovedBodyError": "errors",
+    "Scene": "scene.scene",
     "SceneError": "errors",
     "SequentialImpulse": "engine.solvers.sequential_impulse",
     "Snapshot": "world.world",
     "Sphere": "engine.shapes.sphere",
+    "Trajectory": "record.read",
     "World": "world.world",
+    "load_scene": "scene.load",
     "octahedron": "engine.shapes.hull",
     "pyramid": "engine.shapes.hull",
     "tetrahedron": "engine.shapes.hull",
 }
 
 __version__ = "0.1.0"
-__all__ = ["__version__", *sorted(_HOMES)]  # noqa: PLE0604
+__all__ = ["__version__", *sorted(_HOMES)]
 
 
 def __getattr__(name: str) -> Any:

@@ -12,9 +12,7 @@ def test_the_example_of_the_design_works_as_written():
     world = ap.World(gravity=(0, -9.81, 0), narrowphase="gjk_epa", broadphase="sweep", threads=1, precision="single")
     ground = world.add(ap.Plane(normal=(0, 1, 0)))
     ball = world.add(ap.Sphere(radius=0.5), position=(0, 3, 0), density=1000, restitution=0.8, friction=0.5)
-    crate = world.add(
-        ap.Box(size=(1, 1, 1)), position=(3, 0.5, 0), mass=10, orientation=(1, 0, 0, 0), name="crate"
-    )
+    crate = world.add(ap.Box(size=(1, 1, 1)), position=(3, 0.5, 0), mass=10, orientation=(1, 0, 0, 0), name="crate")
     assert (ground.kind, ball.kind, crate.kind) == ("static", "dynamic", "dynamic")
     world.step(1 / 60)
     world.run(seconds=0.5, dt=1 / 60)

@@ -5,19 +5,20 @@ Two decorators:
 - ``@kernel`` marks a function that Python calls. Its machine code is kept in a cache folder between runs.
 - ``@routine`` marks a function that only kernels call. It is compiled into each of them.
 
-Both compile strict IEEE arithmetic (no ``fastmath``, so no fused multiply-add and no reordering): the same bits on every CPU.
-Both release the interpreter lock, check no bounds, and let division by zero give infinity as NumPy does.
+Both compile strict IEEE arithmetic (no ``fastmath``, so no fused multiply-add and no reordering): the same bits on
+every CPU. Both release the interpreter lock, check no bounds, and let division by zero give infinity as NumPy does.
 
-The cache folder's name holds a hash of the kernel's source file and of every engine file that it imports, directly or not.
-Numba itself looks only at the file that holds the kernel, and would run stale code after an edit of a helper elsewhere.
-The folder is ``$ATLASPHYS_CACHE_DIR`` or the user's cache folder, or, where that cannot be written, a temporary one.
+The cache folder's name holds a hash of the kernel's source file and of every engine file that it imports, directly or
+not. Numba itself looks only at the file that holds the kernel, and would run stale code after an edit of a helper
+elsewhere. The folder is ``$ATLASPHYS_CACHE_DIR`` or the user's cache folder, or, where that cannot be written, a
+temporary one.
 """
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import os
+import re
 import sys
 import tempfile
 from collections.abc import Callable
@@ -30,30 +31,37 @@ import platformdirs
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+_IMPORT = re.compile(r"^from (atlasphys\.engine[\w.]*) import (\([^)]*\)|[^\n(]*)", re.MULTILINE)
+
 # Numba's own annotations do not know these options.
 _njit: Any = numba.njit
 _config: Any = numba.config
+
 _OPTIONS = {"nogil": True, "error_model": "numpy", "boundscheck": False, "fastmath": False}
 
 
 @cache
 def _source_hash(module: str) -> str:
     """Hash of a module's source and of every engine module that it imports, directly or not."""
-    sources: dict[str, str] = {}
-    _collect_sources(module, sources)
-    return hashlib.sha256("".join(sources[name] for name in sorted(sources)).encode()).hexdigest()
+    reached = {module}
+    waiting = [module]
+    while waiting:
+        found = _read(waiting.pop())[1] - reached
+        reached |= found
+        waiting += found
+    return hashlib.sha256("".join(_read(name)[0] for name in sorted(reached)).encode()).hexdigest()
 
 
-def _collect_sources(module: str, sources: dict[str, str]) -> None:
-    loaded = sys.modules.get(module)
-    if module in sources or loaded is None or loaded.__file__ is None:
-        return
-    sources[module] = Path(loaded.__file__).read_text(encoding="utf-8")
-    for node in ast.walk(ast.parse(sources[module])):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("atlasphys.engine"):
-            _collect_sources(node.module, sources)
-            for name in node.names:
-                _collect_sources(f"{node.module}.{name.name}", sources)
+@cache
+def _read(module: str) -> tuple[str, frozenset[str]]:
+    """A loaded module's source, and the names of the engine modules that it imports."""
+    file = sys.modules[module].__file__
+    assert file is not None
+    text = Path(file).read_text(encoding="utf-8")
+    named: set[str] = set()
+    for package, names in _IMPORT.findall(text):
+        named |= {package, *(f"{package}.{name}" for name in re.findall(r"\w+", names))}
+    return text, frozenset(name for name in named if name in sys.modules)
 
 
 @cache
@@ -90,8 +98,8 @@ def routine(function: Function) -> Function:
 def inlined(function: Function) -> Function:
     """Compile a function into each place where a kernel or routine calls it.
 
-    For small functions of large tables in the innermost loops: each array of a table is nine arguments to pass, which takes
-    longer than the function itself.
+    For small functions of large tables in the innermost loops: each array of a table is nine arguments to pass, which
+    takes longer than the function itself.
     """
     return _routine(function, forceinline=True)
 

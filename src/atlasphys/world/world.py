@@ -23,8 +23,17 @@ from atlasphys.engine.solvers import SOLVERS
 from atlasphys.engine.state.bodies import DYNAMIC, KINDS, STATIC
 from atlasphys.engine.state.state import Environment, State
 from atlasphys.engine.step import STAGES, DivergedError, Pipeline, step
-from atlasphys.errors import DivergenceError, InvalidArgumentError, RemovedBodyError
-from atlasphys.world.arguments import LARGEST_COORDINATE, bits, bounded_vector, choice, in_range, lock_bits, rgb, unit_quaternion
+from atlasphys.errors import DivergenceError, InvalidArgumentError
+from atlasphys.world.arguments import (
+    LARGEST_COORDINATE,
+    bits,
+    bounded_vector,
+    choice,
+    in_range,
+    lock_bits,
+    rgb,
+    unit_quaternion,
+)
 from atlasphys.world.body import COEFFICIENTS, RESPONSES, Body
 from atlasphys.world.views import Bodies, Energy, Event, contact_points
 
@@ -133,11 +142,15 @@ class World:
         name, settings = _solver(chosen["solver"] if solver is None else solver)
         if position_correction is not None:
             if dataclasses.is_dataclass(solver):
-                raise InvalidArgumentError("position_correction is given twice: as an argument and in the solver's settings")
+                raise InvalidArgumentError(
+                    "position_correction is given twice: as an argument and in the solver's settings"
+                )
             settings = dataclasses.replace(settings, position_correction=position_correction)
         self._pipeline = Pipeline(
             broadphase=choice("broadphase", chosen["broadphase"] if broadphase is None else broadphase, BROADPHASES),
-            narrowphase=choice("narrowphase", chosen["narrowphase"] if narrowphase is None else narrowphase, NARROWPHASES),
+            narrowphase=choice(
+                "narrowphase", chosen["narrowphase"] if narrowphase is None else narrowphase, NARROWPHASES
+            ),
             solver=name,
             solver_settings=settings,
         )

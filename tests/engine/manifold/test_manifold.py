@@ -58,7 +58,9 @@ def test_reduction_keeps_the_deepest_and_a_large_area(points, data):
     assert 1 <= len(kept) <= 4
     deepest = int(np.argmax(depths))
     assert deepest in kept
-    best = max(area([points[i] for i in {deepest, *chosen}]) for chosen in itertools.combinations(range(len(points)), 3))
+    best = max(
+        area([points[i] for i in {deepest, *chosen}]) for chosen in itertools.combinations(range(len(points)), 3)
+    )
     # The farthest point and the largest triangle on it give at least half of the best; the fourth point only adds.
     assert area([points[i] for i in kept]) >= 0.5 * best - 1e-12
 
@@ -207,9 +209,7 @@ RULES = {
 @pytest.mark.parametrize("rule", COMBINE_RULES)
 def test_combine_rules(rule):
     world = ap.World(gravity=(0, 0, 0), friction_combine=rule, restitution_combine=rule)
-    world.add(
-        ap.Sphere(radius=1), friction=0.3, restitution=0.9, rolling_friction=0.01, torsional_friction=0.04
-    )
+    world.add(ap.Sphere(radius=1), friction=0.3, restitution=0.9, rolling_friction=0.01, torsional_friction=0.04)
     world.add(
         ap.Sphere(radius=1),
         position=(1.9, 0, 0),
@@ -220,7 +220,5 @@ def test_combine_rules(rule):
     )
     world.step(1 / 60)
     combine = RULES[rule]
-    assert rows(world)[0, 1]["material"] == pytest.approx(
-        [combine(0.3, 0.8), combine(0.9, 0.2), 0.03, 0.04], rel=1e-6
-    )
+    assert rows(world)[0, 1]["material"] == pytest.approx([combine(0.3, 0.8), combine(0.9, 0.2), 0.03, 0.04], rel=1e-6)
     assert set(RULES) == set(COMBINE_RULES)

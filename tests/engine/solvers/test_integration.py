@@ -171,7 +171,9 @@ def test_forces_add_up_act_once_and_reach_only_their_body():
 
 
 @pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("locks", [("x",), ("y", "z"), ("x", "y", "z"), ("rx",), ("rx", "rz"), ("rx", "ry", "rz"), ("z", "rx", "ry")])
+@pytest.mark.parametrize(
+    "locks", [("x",), ("y", "z"), ("x", "y", "z"), ("rx",), ("rx", "rz"), ("rx", "ry", "rz"), ("z", "rx", "ry")]
+)
 def test_locks_hold_exactly(precision, locks):
     world = ap.World(precision=precision)
     world.add(ap.Plane(normal=(0.2, 1, 0.1)), friction=0.8)

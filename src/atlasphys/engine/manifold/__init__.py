@@ -16,3 +16,4 @@ def update_manifolds(state: State, pairs: int) -> None:
         state.contacts, pairs, state.bodies, state.colliders,
         state.manifolds, state.manifold_count, state.next_manifolds, state.manifold_ended, rules, distance, kept, origin,
     )  # fmt: skip
+    state.touched_before = state.next_manifolds.touching[: state.next_count].copy()

@@ -119,6 +119,7 @@ class State:
         self.contacts: Contacts = empty_contacts(64, 512, self.real)
         self.next_manifolds: Manifolds = empty_manifolds(len(self.manifolds.a), self.real)
         self.next_count = 0
+        self.touched_before: npt.NDArray[np.bool_] = np.zeros(0, np.bool_)
         self.manifold_ended: npt.NDArray[np.bool_] = np.zeros(len(self.manifolds.a), np.bool_)
 
     @property
@@ -196,12 +197,16 @@ class State:
         self._remember(slice(0, self.count))
 
     def _remember(self, rows: slice) -> None:
-        for then, now in zip(self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True):
+        for then, now in zip(
+            self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True
+        ):
             then[rows] = now[rows]
 
     def roll_back(self) -> None:
         """Return to the remembered state. Manifolds need no copy: a step builds the next ones beside them."""
-        for then, now in zip(self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True):
+        for then, now in zip(
+            self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True
+        ):
             now[: self.count] = then[: self.count]
         refresh(self.bodies, 0, self.count)
 
@@ -216,11 +221,8 @@ class State:
         """Make the next manifolds the present ones, note which contacts began and ended, and advance the clock."""
         old, m, new, n = self.manifolds, self.manifold_count, self.next_manifolds, self.next_count
         lost = np.flatnonzero(self.manifold_ended[:m] & old.touching[:m])
+        fresh = np.flatnonzero(new.touching[:n] & ~self.touched_before)
         self.ended = np.stack([old.a[lost], old.b[lost]], axis=1)
-        # A manifold of the last step that did not touch yet, or none at all: the contact begins now.
-        old_keys = _keys(old, m)[old.touching[:m]]
-        touching = np.flatnonzero(new.touching[:n])
-        fresh = touching[~np.isin(_keys(new, n)[touching], old_keys, assume_unique=True)]
         self.began = np.stack([new.a[fresh], new.b[fresh]], axis=1)
         self.manifolds, self.manifold_count, self.next_manifolds, self.next_count = new, n, old, 0
         self.bodies.force[: self.count] = 0
@@ -244,7 +246,16 @@ class State:
         return other
 
     def __getstate__(self) -> dict[str, Any]:
-        buffers = ("row_buffer", "displacement", "spin_change", "pairs", "contacts", "next_manifolds", "manifold_ended")
+        buffers = (
+            "row_buffer",
+            "displacement",
+            "spin_change",
+            "pairs",
+            "contacts",
+            "next_manifolds",
+            "touched_before",
+            "manifold_ended",
+        )
         return {name: value for name, value in self.__dict__.items() if name not in buffers}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -271,19 +282,24 @@ class State:
             digest.update(np.array([shape.kind, *shape.sizes]).tobytes())
             for array in shape.polyhedron or ():
                 digest.update(array.tobytes())
-        for array in (b.position, b.orientation, b.motion[:, :6], b.force, b.kind, b.mass, b.local_center, b.principal, b.response, b.locks):
+        for array in (
+            b.position,
+            b.orientation,
+            b.motion[:, :6],
+            b.force,
+            b.kind,
+            b.mass,
+            b.local_center,
+            b.principal,
+            b.response,
+            b.locks,
+        ):
             digest.update(np.ascontiguousarray(array[:n]).tobytes())
         for array in (c.body, c.material, c.group, c.mask):
             digest.update(array[:n].tobytes())
         for array in self.manifolds:
             digest.update(array[:m].tobytes())
         return digest.hexdigest()
-
-
-def _keys(manifolds: Manifolds, count: int) -> npt.NDArray[np.int64]:
-    """One number for each pair."""
-    keys: npt.NDArray[np.int64] = (manifolds.a[:count].astype(np.int64) << 32) + manifolds.b[:count]
-    return keys
 
 
 def _without(row: int, pairs: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:

@@ -1,0 +1,14 @@
+"""What a recording holds. HDF5 (so other programs can read it), version 1:
+
+- attributes of the root: ``format`` and ``version``, and ``atlasphys``, the version that wrote it;
+- ``scene``: the scene as JSON text, in the schema of scene files;
+- ``bodies``: (b,) a body each, as JSON text in that schema, as it was when it was first recorded;
+- ``time``: (s,) simulated time of each recorded step [s];
+- ``poses``: (s, b, 7) position [m] and orientation (w, x, y, z), in double precision; NaN where a body was not there.
+"""
+
+FORMAT = "atlasphys recording"
+VERSION = 1
+
+CHUNK_STEPS, CHUNK_BODIES = 50, 64
+"""Steps and bodies stored together. Reading one step of all bodies unpacks 50; reading one body unpacks 64."""

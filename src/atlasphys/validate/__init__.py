@@ -1,0 +1,57 @@
+"""Physical validation: cases with known answers. ``CASES`` is the table, one file each in ``cases/``.
+
+>>> from atlasphys.validate import CASES
+>>> CASES[3].law
+'d = v²/(2 μ g), t = v/(μ g)'
+"""
+
+from atlasphys.validate.case import Case, MakeWorld, Result
+from atlasphys.validate.cases import (
+    bouncing_ball,
+    conservation,
+    corner_on_face,
+    cradle,
+    free_fall,
+    free_precession,
+    heavy_on_light,
+    incline,
+    intermediate_axis,
+    isotropic_friction,
+    oblique_bounce,
+    pyramid,
+    rolling,
+    sliding_ball,
+    sliding_block,
+    stack_force,
+    thin_wall,
+    tipping,
+    towers,
+)
+
+__all__ = ["CASES", "Case", "MakeWorld", "Result"]
+
+CASES: dict[int, Case] = {
+    module.CASE.number: module.CASE
+    for module in (
+        free_fall,
+        incline,
+        sliding_block,
+        isotropic_friction,
+        bouncing_ball,
+        oblique_bounce,
+        rolling,
+        sliding_ball,
+        tipping,
+        intermediate_axis,
+        free_precession,
+        corner_on_face,
+        cradle,
+        stack_force,
+        heavy_on_light,
+        towers,
+        pyramid,
+        conservation,
+        thin_wall,
+    )
+}
+"""Number in docs/validation.md → case."""

@@ -1,0 +1,83 @@
+"""Case 28: momentum, angular momentum and energy of two hundred bodies that collide in empty space.
+
+Contact impulses act in opposite pairs at common points, so P and L cannot change, whatever the material. Inelastic contacts
+(e = 0) take energy, and so do frictionless ones of any e: with v⁺ = −e v⁻ along the normals the work of the impulses is
+½ (v⁺ + v⁻) · λ ≤ 0. With both friction and restitution Newton's law of restitution can gain energy, a known fault of the law itself
+(Kane and Levinson 1985; Stronge 1990), so that rise is reported but not judged.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+import atlasphys as ap
+from atlasphys.validate.case import Case, MakeWorld
+from atlasphys.world.world import World
+
+MATERIALS = ((0.0, 0.0), (0.0, 0.5), (0.5, 0.0), (1.0, 0.0), (0.5, 0.5))
+"""(e, μ) of the runs."""
+
+ROUND_OFF = 1e-12
+
+
+def implosion(make_world: MakeWorld, restitution: float, friction: float) -> World:
+    """Boxes, spheres, capsules and cylinders, apart at first, that fly and spin towards the middle."""
+    world = make_world(gravity=(0, 0, 0))
+    shapes = (
+        ap.Box(size=(0.8, 0.5, 0.3)),
+        ap.Sphere(radius=0.35),
+        ap.Capsule(radius=0.2, length=0.5),
+        ap.Box(size=(0.6, 0.6, 0.6)),
+    )
+    random = np.random.default_rng(28)
+    places = [(x, y, z) for x in range(6) for y in range(6) for z in range(6)][8:208]
+    for i, place in enumerate(places):
+        position = 1.1 * (np.array(place) - 2.5)
+        world.add(
+            shapes[i % len(shapes)],
+            position=position,
+            orientation=random.uniform(-1, 1, 4),
+            velocity=-1.5 * position + random.uniform(-0.5, 0.5, 3),
+            angular_velocity=random.uniform(-2, 2, 3),
+            density=1000,
+            restitution=restitution,
+            friction=friction,
+        )
+    return world
+
+
+def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
+    """Run each material for two seconds."""
+    errors = {"momentum": 0.0, "angular momentum": 0.0}
+    for restitution, friction in MATERIALS:
+        world = implosion(make_world, restitution, friction)
+        mass = world.bodies.mass[:, None]
+        momentum, spin, energy = world.momentum(), world.angular_momentum(), world.energy().kinetic
+        momentum_scale = float(np.abs(mass * world.bodies.velocity).sum())
+        spin_scale = float(np.abs(np.cross(world.bodies.position, mass * world.bodies.velocity)).sum())
+        first, rise = energy, 0.0
+        for _ in range(round(2 / dt)):
+            world.step(dt)
+            now = world.energy().kinetic
+            rise, energy = max(rise, (now - energy) / first), now
+        errors["momentum"] = max(errors["momentum"], float(np.abs(world.momentum() - momentum).max()) / momentum_scale)
+        errors["angular momentum"] = max(
+            errors["angular momentum"], float(np.abs(world.angular_momentum() - spin).max()) / spin_scale
+        )
+        errors[f"energy rise in a step, e = {restitution:g}, μ = {friction:g}"] = rise
+    return errors
+
+
+CASE = Case(
+    number=28,
+    name="conservation in a pile in empty space",
+    law="P and L are constant; E never rises for e = 0, nor for any e without friction",
+    measure=measure,
+    tolerances={"momentum": ROUND_OFF, "angular momentum": ROUND_OFF}
+    | {
+        f"energy rise in a step, e = {restitution:g}, μ = {friction:g}": ROUND_OFF
+        for restitution, friction in MATERIALS
+        if restitution == 0 or friction == 0
+    },
+    precision="double",
+)
