@@ -215,19 +215,15 @@ def test_projection_turns_bodies_too():
     assert box.position[1] < 0.34
 
 
-@pytest.mark.parametrize("ratio", [0.001, 1000])
+@pytest.mark.parametrize("ratio", [0.001, 0.1, 10])
 def test_unequal_masses_rest_on_each_other(ratio):
     world = ap.World()
     world.add(ap.Plane(normal=(0, 1, 0)))
     world.add(ap.Box(size=(1, 1, 1)), position=(0, 0.5, 0), mass=1)
     world.add(ap.Box(size=(1, 1, 1)), position=(0, 1.5, 0), mass=ratio)
-    steps(world, 120)
-    assert np.isfinite(world.bodies.position).all()
-    if ratio < 1:
-        assert world.bodies.position[1:, 1] == pytest.approx([0.5, 1.5], abs=0.015)
-    else:  # beyond what so few sweeps can hold: the light box is squeezed, but nothing is thrown about
-        assert world.bodies.position[2, 1] > 0.9
-        assert np.abs(world.bodies.velocity).max() < 1
+    steps(world, 180)
+    assert world.bodies.position[1:, 1] == pytest.approx([0.5, 1.5], abs=0.02)
+    assert np.abs(world.bodies.velocity).max() < 0.02
 
 
 @pytest.mark.parametrize("warm", [True, False])

@@ -70,7 +70,7 @@ def test_the_intermediate_axis_flips_and_the_others_do_not():
         least = 1.0
         for _ in range(1200):
             world.step(1 / 60)
-            w, x, y, z = body.orientation.astype(float)
+            _, x, y, z = body.orientation.astype(float)
             diagonal = (1 - 2 * (y * y + z * z), 1 - 2 * (x * x + z * z), 1 - 2 * (x * x + y * y))
             least = min(least, diagonal[axis])
         assert (least < -0.9) == flips
