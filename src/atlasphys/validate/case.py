@@ -65,7 +65,9 @@ class Result:
     @property
     def failures(self) -> dict[str, float]:
         """The errors beyond their tolerance, NaN included."""
-        return {name: self.errors[name] for name, limit in self.case.tolerances.items() if not self.errors[name] <= limit}
+        return {
+            name: self.errors[name] for name, limit in self.case.tolerances.items() if not self.errors[name] <= limit
+        }
 
     @property
     def passed(self) -> bool:

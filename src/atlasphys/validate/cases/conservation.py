@@ -23,7 +23,12 @@ ROUND_OFF = 1e-12
 def implosion(make_world: MakeWorld, restitution: float, friction: float) -> World:
     """Boxes, spheres, capsules and cylinders, apart at first, that fly and spin towards the middle."""
     world = make_world(gravity=(0, 0, 0))
-    shapes = (ap.Box(size=(0.8, 0.5, 0.3)), ap.Sphere(radius=0.35), ap.Capsule(radius=0.2, length=0.5), ap.Box(size=(0.6, 0.6, 0.6)))
+    shapes = (
+        ap.Box(size=(0.8, 0.5, 0.3)),
+        ap.Sphere(radius=0.35),
+        ap.Capsule(radius=0.2, length=0.5),
+        ap.Box(size=(0.6, 0.6, 0.6)),
+    )
     random = np.random.default_rng(28)
     places = [(x, y, z) for x in range(6) for y in range(6) for z in range(6)][8:208]
     for i, place in enumerate(places):

@@ -19,7 +19,9 @@ FRICTIONS = (0.2, 1.0)
 SECONDS = 5.0
 
 
-def block_on_incline(make_world: MakeWorld, slope: float, friction: float, size: tuple[float, float, float]) -> tuple[World, Body]:
+def block_on_incline(
+    make_world: MakeWorld, slope: float, friction: float, size: tuple[float, float, float]
+) -> tuple[World, Body]:
     """A world with a plane that falls towards +x at tan θ = ``slope``, and a block that lies flat on it at the origin."""
     angle = math.atan(slope)
     sine, cosine = round(math.sin(angle), 15), round(math.cos(angle), 15)
@@ -27,7 +29,10 @@ def block_on_incline(make_world: MakeWorld, slope: float, friction: float, size:
     world.add(ap.Plane(normal=(sine, cosine, 0)), friction=friction)
     height = 0.5 * size[1]
     block = world.add(
-        ap.Box(size=size), position=(height * sine, height * cosine, 0), orientation=turned_about_z(-angle), friction=friction
+        ap.Box(size=size),
+        position=(height * sine, height * cosine, 0),
+        orientation=turned_about_z(-angle),
+        friction=friction,
     )
     return world, block
 

@@ -19,7 +19,10 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
             top = world.add(ap.Box(size=(1, 1, 1)), position=(1.1 * (i - 0.5 * (BASE - row - 1)), 0.5 + row, 0))
     start = top.position
     world.run(seconds=10, dt=dt)
-    return {"drift of the top [m]": float(np.linalg.norm(top.position - start)), "kinetic energy [J]": world.energy().kinetic}
+    return {
+        "drift of the top [m]": float(np.linalg.norm(top.position - start)),
+        "kinetic energy [J]": world.energy().kinetic,
+    }
 
 
 CASE = Case(

@@ -51,7 +51,9 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
             world.run(seconds=SECONDS, dt=dt)
             errors[f"{name} {word}"] = relative(float(np.linalg.norm(body.velocity)) / SECONDS, expected)
             if word == "rolls":
-                errors[f"{name} slip"] = relative(-RADIUS * body.angular_velocity[2], float(np.linalg.norm(body.velocity)))
+                errors[f"{name} slip"] = relative(
+                    -RADIUS * body.angular_velocity[2], float(np.linalg.norm(body.velocity))
+                )
     return errors
 
 
