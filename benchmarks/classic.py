@@ -26,9 +26,7 @@ ROUNDS, STEPS_A_ROUND = 40, 10
 def places() -> list[tuple[float, float, float]]:
     """Centres of the pyramid's unit cubes, y up."""
     spacing = 1 + GAP
-    return [
-        (spacing * (k - 0.5 * (BASE - row - 1)), row + 0.5, 0.0) for row in range(BASE) for k in range(BASE - row)
-    ]
+    return [(spacing * (k - 0.5 * (BASE - row - 1)), row + 0.5, 0.0) for row in range(BASE) for k in range(BASE - row)]
 
 
 def atlasphys() -> tuple[Callable[[], None], Callable[[], float]]:

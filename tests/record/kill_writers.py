@@ -1,4 +1,6 @@
-"""Kill writers of recordings with SIGKILL at random moments and read what they leave. Prints the numbers of intact files and of steps read.
+"""Kill writers of recordings with SIGKILL at random moments and read what they leave.
+
+Prints the numbers of intact files and of steps read.
 
 Usage: kill_writers.py FOLDER COUNT
 """
@@ -12,9 +14,9 @@ import time
 from pathlib import Path
 
 import h5py  # noqa: F401  (before the fork, so that the writers start at once)
-from worlds import expected_position, put, small_world
 
 import atlasphys as ap
+from tests.record.worlds import expected_position, put, small_world
 
 
 def write_for_ever(path: Path, world: ap.World, stored: mmap.mmap) -> None:

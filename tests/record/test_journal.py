@@ -1,4 +1,4 @@
-"""The journaled file: a random-access file whose writes take effect together, whatever the moment at which its writer dies."""
+"""The journaled file: a random-access file whose writes take effect together, whenever its writer dies."""
 
 import io
 import struct
@@ -23,7 +23,9 @@ def _small_pages():
 
 
 OFFSETS = st.one_of(st.integers(0, 5 * PAGE), st.sampled_from([0, PAGE - 1, PAGE, PAGE + 1, 2 * PAGE]))
-WRITES = st.tuples(st.just("write"), OFFSETS, st.one_of(st.binary(max_size=5), st.just(b"x" * PAGE), st.just(b"yz" * PAGE)))
+WRITES = st.tuples(
+    st.just("write"), OFFSETS, st.one_of(st.binary(max_size=5), st.just(b"x" * PAGE), st.just(b"yz" * PAGE))
+)
 OPERATIONS = st.lists(
     st.one_of(WRITES, st.tuples(st.just("commit")), st.tuples(st.just("truncate"), OFFSETS)), min_size=1, max_size=12
 )

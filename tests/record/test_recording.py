@@ -1,4 +1,4 @@
-"""Recordings: what is read is what was recorded, whatever happened to the writer; what is no recording is refused with the reason."""
+"""Recordings: what is read is what was recorded, whatever happened to the writer; what is no recording is refused."""
 
 import io
 import os
@@ -9,12 +9,12 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from test_journal import LoggedFile, images_of
-from worlds import expected_position, put, small_world
 
 import atlasphys as ap
 from atlasphys.record import write
 from atlasphys.record.journal import JournaledFile
+from tests.record.test_journal import LoggedFile, images_of
+from tests.record.worlds import expected_position, put, small_world
 
 
 def record(path, steps, world=None):
@@ -117,10 +117,12 @@ def test_bodies_come_and_go(tmp_path):
         assert len(recording.names) == 102
         assert recording.bodies[-1]["shape"] == {"type": "box", "size": [1.0, 1.0, 1.0]}
         gone, stayed, came = (recording.body(name).positions for name in ("ball 0", "ball 1", "box 7"))
-        assert np.isnan(gone[60:]).all() and np.array_equal(gone[59], expected_position(59, 0))
+        assert np.isnan(gone[60:]).all()
+        assert np.array_equal(gone[59], expected_position(59, 0))
         assert np.array_equal(stayed[59], expected_position(59, 1))
         assert np.array_equal(stayed[60], expected_position(60, 0))
-        assert np.isnan(came[:70]).all() and np.array_equal(came[179], expected_position(179, 8))
+        assert np.isnan(came[:70]).all()
+        assert np.array_equal(came[179], expected_position(179, 8))
         assert np.isnan(recording.poses(65).positions[0]).all()
 
 
@@ -155,7 +157,7 @@ def test_steps_reach_the_file_after_a_while_even_if_few(tmp_path, monkeypatch):
 
 
 def test_death_between_any_two_writes_leaves_a_readable_recording(tmp_path, monkeypatch):
-    """Every state through which the file passes on its way, half-done writes included, is a recording of whole steps."""
+    """Every state through which the file passes, half-done writes included, is a recording of whole steps."""
     log = LoggedFile()
 
     def logged(file):
@@ -194,9 +196,13 @@ def test_death_between_any_two_writes_leaves_a_readable_recording(tmp_path, monk
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 def test_kill_9_at_100_random_moments_leaves_a_readable_recording(tmp_path):
     script = Path(__file__).with_name("kill_writers.py")
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(script.parent), *sys.path])}
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(script.parents[2]), *sys.path])}
     result = subprocess.run(
-        [sys.executable, str(script), str(tmp_path), "100"], env=environment, capture_output=True, text=True, timeout=120
+        [sys.executable, str(script), str(tmp_path), "100"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
     )
     assert result.returncode == 0, result.stderr
     intact, steps = map(int, result.stdout.split())
@@ -213,10 +219,13 @@ def test_a_full_disk_ends_the_recording_and_keeps_what_was_stored(tmp_path, monk
                 raise OSError(28, "No space left on device")
             return super().write(data)
 
-    monkeypatch.setattr(write, "JournaledFile", lambda file: JournaledFile(FullDisk(file.name, "r+b")) if not file.close() else None)
+    monkeypatch.setattr(
+        write, "JournaledFile", lambda file: JournaledFile(FullDisk(file.name, "r+b")) if not file.close() else None
+    )
     world = small_world()
     recorder = ap.Recorder(tmp_path / "a.h5", world)
-    with pytest.raises(ap.RecordingError, match=r"a\.h5: cannot be written any more: .*No space left.*; the first \d+ steps are kept"):
+    message = r"a\.h5: cannot be written any more: .*No space left.*; the first \d+ steps are kept"
+    with pytest.raises(ap.RecordingError, match=message):
         for step in range(5000):
             put(world, step)
             recorder.record()
@@ -332,5 +341,3 @@ def test_the_file_is_plain_hdf5(recorded):
     with h5py.File(recorded) as file:
         poses = file["poses"]
         assert (poses.shape, poses.chunks, poses.compression, poses.shuffle) == ((123, 3, 7), (50, 64, 7), "gzip", True)
-
-

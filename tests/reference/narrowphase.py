@@ -1,14 +1,13 @@
 """Slow and obvious oracles for the narrow phase: support functions in closed form and a dense sweep over directions.
 
-h(n) = max over A of n · a − min over B of n · b is the overlap of two shapes along the unit vector n: moving B by h(n) along n parts them. The
-least h(n) is the depth; where it is negative, its absolute value is the distance. So an answer (n, depth) is right exactly if
-h(n) = depth and no direction has a smaller h.
+h(n) = max over A of n · a − min over B of n · b is the overlap of two shapes along the unit vector n: moving B by h(n)
+along n parts them. The least h(n) is the depth; where it is negative, its absolute value is the distance. So an answer
+(n, depth) is right exactly if h(n) = depth and no direction has a smaller h.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -65,7 +64,8 @@ def sweep(
 ) -> tuple[float, Array]:
     """The least overlap found over many directions and near the best of them, and its direction.
 
-    The refinement asks sixteen directions on a ring about the best one so far; the ring turns, and shrinks when none is better.
+    The refinement asks sixteen directions on a ring about the best one so far; the ring turns, and shrinks when none
+    is better.
     """
 
     def h(n: Array) -> Array:
@@ -123,6 +123,3 @@ def rotation(quaternion: npt.ArrayLike) -> Array:
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
-
-
-Support = Callable[[Array], Array]

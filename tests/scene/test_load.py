@@ -64,7 +64,8 @@ scene.toml:26: bodies[3].color: must be '#rrggbb', or three numbers from 0 to 1 
 scene.toml:27: bodies[3].locks[1]: must be 'x', 'y', 'z', 'rx', 'ry' or 'rz' (got 'w'); known: x, y, z, rx, ry, rz
 scene.toml:29: bodies[4].shape: is required
 scene.toml:30: bodies[4].position: must be an array (got 'here')
-scene.toml:32: bodies[5].shape: must have a key 'type', one of plane, sphere, box, capsule, cylinder, cone, convex_hull, tetrahedron, pyramid, octahedron
+scene.toml:32: bodies[5].shape: must have a key 'type', one of plane, sphere, box, capsule, cylinder, cone, \
+convex_hull, tetrahedron, pyramid, octahedron
 """
 
 
@@ -79,7 +80,8 @@ def test_all_faults_are_said_at_once_with_their_lines():
 
 
 def test_faults_of_json_have_lines_too():
-    text = '{\n "version": 1,\n "bodies": [\n  {"shape": {"type": "sphere",\n   "radius": -0.5}}\n ],\n "dt": 1,\n "dt": 2\n}'
+    body = '{"shape": {"type": "sphere",\n   "radius": -0.5}}'
+    text = f'{{\n "version": 1,\n "bodies": [\n  {body}\n ],\n "dt": 1,\n "dt": 2\n}}'
     assert refusal(text, "a.json", is_json=True) == "a.json:8: dt: is given twice"
     assert (
         refusal(text.replace('"dt": 2', '"x": 2'), "a.json", is_json=True)
@@ -114,7 +116,8 @@ shape = { type = "sphere", radius = 1 }
     lines = str(error.value).splitlines()
     assert [line.split(": ")[0] for line in lines] == ["scene.toml:3", "scene.toml:4", "scene.toml:10", "scene.toml:12"]
     assert "world.solver: must be one of 'sequential_impulse'" in lines[0]
-    assert "bodies[0]: " in lines[1] and "mass" in lines[1]
+    assert "bodies[0]: " in lines[1]
+    assert "mass" in lines[1]
     assert "bodies[1].position: must be" in lines[2]
     assert "plane" in lines[3]
 
@@ -148,10 +151,22 @@ def test_two_bodies_of_one_name_are_refused():
         ("version = 1\nbodies = [3]", "scene.toml:2: bodies[0]: must be a table (got 3)"),
         ("version = 1\n[world.solver_settings]\niterations = [1]", "world.solver_settings"),
         ("version = 1\n[[bodies]]\nshape = {type = 'sphere', radius = 1e30}", "shape.radius: must be a length between"),
-        ("version = 1\n[[bodies]]\nshape = {type = 'sphere', radius = " + "9" * 400 + "}", "shape.radius: must be a number"),
-        ("version = 1\n[[bodies]]\nshape = {type = 'convex_hull', points = [[0, 0, 0]]}", "shape.points: must be at least 4"),
-        ("version = 1\n[[bodies]]\nshape = {type = 'pyramid', sides = 2, radius = 1, height = 1}", "shape.sides: must be greater"),
-        ("version = 1\n[[bodies]]\nshape = {type = 'pyramid', sides = 4.0, radius = 1, height = 1}", "shape.sides: must be a whole"),
+        (
+            "version = 1\n[[bodies]]\nshape = {type = 'sphere', radius = " + "9" * 400 + "}",
+            "shape.radius: must be a number",
+        ),
+        (
+            "version = 1\n[[bodies]]\nshape = {type = 'convex_hull', points = [[0, 0, 0]]}",
+            "shape.points: must be at least 4",
+        ),
+        (
+            "version = 1\n[[bodies]]\nshape = {type = 'pyramid', sides = 2, radius = 1, height = 1}",
+            "shape.sides: must be greater",
+        ),
+        (
+            "version = 1\n[[bodies]]\nshape = {type = 'pyramid', sides = 4.0, radius = 1, height = 1}",
+            "shape.sides: must be a whole",
+        ),
         ("version = 1\n[[bodies]]\nshape = 'box'", "bodies[0].shape: must be a table (got 'box')"),
         ("version = 1\nname = ''", "name: must have at least 1 character (got '')"),
     ],
@@ -245,7 +260,10 @@ GOOD = {
         {"shape": {"type": "capsule", "radius": 0.5, "length": 1}, "kind": "kinematic", "position": [0, 9, 0]},
         {"shape": {"type": "cylinder", "radius": 0.5, "length": 1}, "density": 500, "position": [0, 12, 0]},
         {"shape": {"type": "cone", "radius": 0.5, "height": 1}, "position": [0, 15, 0], "inertia": [1, 2, 2.5]},
-        {"shape": {"type": "convex_hull", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]}, "position": [0, 18, 0]},
+        {
+            "shape": {"type": "convex_hull", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]},
+            "position": [0, 18, 0],
+        },
     ],
 }
 
@@ -260,7 +278,14 @@ def test_every_setting_reaches_the_world():
     assert crate.shape == ap.Box(size=(1, 2, 3))
     assert crate.mass == 3
     assert crate.orientation.tolist() == pytest.approx([math.sqrt(0.5), 0, 0, math.sqrt(0.5)])
-    for name in ("friction", "restitution", "rolling_friction", "torsional_friction", "linear_damping", "angular_damping"):
+    for name in (
+        "friction",
+        "restitution",
+        "rolling_friction",
+        "torsional_friction",
+        "linear_damping",
+        "angular_damping",
+    ):
         assert getattr(crate, name) == GOOD["bodies"][1][name]
     assert (crate.gravity_scale, crate.locks, crate.color) == (2, ("x", "rz"), (1, 0, 0))
     assert [body.kind for body in world.bodies] == ["static", "dynamic", "kinematic", "dynamic", "dynamic", "dynamic"]
@@ -284,12 +309,15 @@ def test_a_world_makes_a_scene_that_makes_the_world_again():
         if old.kind == "dynamic":
             assert sorted(old.inertia) == pytest.approx(sorted(new.inertia), rel=1e-6)
     assert again.solver_settings == world.solver_settings
-    assert again._state.colliders.group[1] == 2 and again._state.colliders.mask[1] == 5
+    assert again._state.colliders.group[1] == 2
+    assert again._state.colliders.mask[1] == 5
 
 
 @pytest.mark.parametrize("ending", [".toml", ".json"])
 def test_a_saved_scene_loads_equal(tmp_path, ending):
-    scene = parse_scene(json.dumps(GOOD | {"description": 'quotes " \\ \' and\nlines ☃ \x7f'}), name="all", is_json=True)
+    scene = parse_scene(
+        json.dumps(GOOD | {"description": "quotes \" \\ ' and\nlines ☃ \x7f"}), name="all", is_json=True
+    )
     scene.save(tmp_path / f"a{ending}")
     assert ap.load_scene(tmp_path / f"a{ending}") == scene
 
@@ -311,7 +339,8 @@ ANYTHING = st.recursive(
         st.sampled_from(["box", "plane", "dynamic", "static", "classic", "sweep", "double", "x"]),
     ),
     lambda inner: st.one_of(
-        st.lists(inner, max_size=4), st.dictionaries(st.sampled_from(["type", "radius", "size", "odd", ""]), inner, max_size=3)
+        st.lists(inner, max_size=4),
+        st.dictionaries(st.sampled_from(["type", "radius", "size", "odd", ""]), inner, max_size=3),
     ),
     max_leaves=6,
 )
@@ -373,7 +402,9 @@ def test_any_file_is_a_scene_or_a_scene_error(tmp_path_factory, text, ending):
 
 
 @settings(deadline=None, derandomize=True, max_examples=150)
-@given(place=st.integers(0, len(WRONG)), text=st.text(alphabet='[]{}="\',.#\n\\ a1', max_size=4), drop=st.integers(0, 6))
+@given(
+    place=st.integers(0, len(WRONG)), text=st.text(alphabet="[]{}=\"',.#\n\\ a1", max_size=4), drop=st.integers(0, 6)
+)
 def test_any_edit_of_a_file_is_a_scene_or_a_scene_error(place, text, drop):
     edited = WRONG[:place] + text + WRONG[place + drop :]
     assert refusal(edited).startswith("scene.toml:")

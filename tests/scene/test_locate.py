@@ -18,7 +18,9 @@ SCALARS = st.one_of(
     st.sampled_from(["# no comment", "[x]", 'a"b', "a'b", "a\\", "line\nline", "}", ","]),
 )
 VALUES = st.recursive(
-    SCALARS, lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(KEYS, inner, max_size=4)), max_leaves=12
+    SCALARS,
+    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(KEYS, inner, max_size=4)),
+    max_leaves=12,
 )
 DOCUMENTS = st.dictionaries(KEYS, VALUES, max_size=5)
 
@@ -97,7 +99,12 @@ def toml_texts(draw):
         if isinstance(value, dict) and draw(st.booleans()):
             tail.append(f"{draw(BLANKS)}[{draw(BLANKS)}{name}]")
             tail += [f"{draw(toml_key(inner))} = {draw(toml_value(entry))}" for inner, entry in value.items()]
-        elif isinstance(value, list) and value and all(isinstance(entry, dict) for entry in value) and draw(st.booleans()):
+        elif (
+            isinstance(value, list)
+            and value
+            and all(isinstance(entry, dict) for entry in value)
+            and draw(st.booleans())
+        ):
             for entry in value:
                 tail.append(f"[[{name}]]")
                 plain = {inner: v for inner, v in entry.items() if not isinstance(v, dict)}

@@ -31,7 +31,9 @@ def test_every_field_is_described_in_the_json_schema():
             assert name == "type" or field.get("description"), name
 
 
-@pytest.mark.parametrize("path", sorted(Path(__file__).parents[2].glob("examples/scenes/*")), ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "path", sorted(Path(__file__).parents[2].glob("examples/scenes/*")), ids=lambda path: path.name
+)
 def test_the_example_files_build(path):
     scene = ap.load_scene(path)
     assert len(scene.build().bodies) == len(scene.bodies) > 1

@@ -21,7 +21,7 @@ class Display:
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
-        self._start = time.monotonic()
+        self._seen_steps, self._seen_at = 0, time.monotonic()
         self._console = Console(stderr=True)
         self._said_waiting = False
         self._progress = Progress(
@@ -40,32 +40,40 @@ class Display:
             self._progress.start()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if self._console.is_terminal:
             self._progress.stop()
 
     def refresh(self) -> None:
         """Show the present state."""
-        now = self._simulation.progress
-        waited = time.monotonic() - self._start
-        if now.phase == "running":
-            speed = (now.steps - 1) * self._simulation.dt / now.wall if now.wall > 0 else 0.0
-            total = self._simulation.steps * self._simulation.dt
-            title = f"{self._simulation.scene.name} {now.seconds:6.2f} / {total:g} s"
+        now, simulation = self._simulation.progress, self._simulation
+        if now.steps != self._seen_steps:
+            self._seen_steps, self._seen_at = now.steps, time.monotonic()
+        waited = time.monotonic() - self._seen_at
+        usual = now.wall / now.steps if now.steps else 0.0
+        if waited > LONG + 5 * usual and now.phase != "starting" and (waiting := self._waiting(waited)):
+            title, detail = waiting, ""
+        elif now.phase == "running":
+            speed = (now.steps - 1) * simulation.dt / now.wall if now.wall > 0 else 0.0
+            title = f"{simulation.scene.name} {now.seconds:6.2f} / {simulation.steps * simulation.dt:g} s"
             detail = f"{now.bodies} bodies, {now.contacts} contacts, {speed:.3g} × real time"
-        elif now.phase == "first step" and waited > LONG:
-            compiled = self._compiled()
-            compiling = compiled > 0 or self._compiled_before == 0
-            doing = f"compiling kernels, first run only: {compiled} done" if compiling else "loading kernels"
-            title, detail = f"{doing}, {waited:.0f} s", ""
-            if compiling and not self._said_waiting and not self._console.is_terminal:
-                self._console.print("compiling kernels: this takes a while, on the first run only", highlight=False)
-                self._said_waiting = True
         else:
             title, detail = "starting", ""
         if self._console.is_terminal:
             self._progress.update(self._task, description=title, detail=detail, completed=now.steps)
             self._progress.refresh()
+
+    def _waiting(self, waited: float) -> str:
+        """What a long step is waiting for; empty if that is not known. Kernels are compiled when they are first needed."""
+        compiled = self._compiled()
+        if compiled or self._compiled_before == 0:
+            if not self._said_waiting and not self._console.is_terminal:
+                self._console.print("compiling kernels: this takes a while, on the first run only", highlight=False)
+                self._said_waiting = True
+            return f"compiling kernels, first run only: {compiled} done, {waited:.0f} s"
+        return f"loading kernels, {waited:.0f} s" if self._simulation.progress.steps == 0 else ""
 
     def _compiled(self) -> int:
         """Number of kernels compiled and kept since the first look."""

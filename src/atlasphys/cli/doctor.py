@@ -16,7 +16,8 @@ def doctor() -> int:
     folder = cache_root()
     files = [file for file in folder.rglob("*") if file.is_file()]
     size = sum(file.stat().st_size for file in files) / 1e6
-    print(f"Python     {platform.python_version()} on {platform.system()} {platform.machine()}, {os.cpu_count()} processors")
+    machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} processors"
+    print(f"Python     {platform.python_version()} on {machine}")
     for package in PACKAGES:
         print(f"{package:10} {_version(package)}")
     print(f"kernels    {folder}: {sum(file.suffix == '.nbc' for file in files)} compiled, {size:.1f} MB")

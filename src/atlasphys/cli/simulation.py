@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from atlasphys.world.world import World
 
 IN_PLACE, FELL = 0.05, 0.25
-"""A body that is nearer to where it began counts as in place, one that is this much lower as fallen [m, times length_unit]."""
+"""A body counts as in place if it is nearer to where it began, as fallen if it sank by more [m, times length_unit]."""
 
 AT_REST = 0.05
 """A body that is slower than this counts as at rest [m/s, times length_unit]."""
@@ -85,7 +85,7 @@ class Simulation(threading.Thread):
         self.progress.phase = "done"
 
     def close_recording(self) -> None:
-        """Write what is left of the recording and close it; nothing is recorded afterwards. Safe while a step is being taken."""
+        """Write what is left of the recording and close it; nothing is recorded afterwards. Safe during a step."""
         with self._recorder_lock:
             if self.recorder is not None:
                 self.recorder.close()
@@ -167,7 +167,8 @@ def summarize(simulation: Simulation, *, interrupted: bool) -> dict[str, Any]:
     energy = world.energy()
     summary["settings"] = {name: getattr(world, name) for name in ("solver", "narrowphase", "broadphase", "precision")}
     summary["energy"] = {
-        name: {"start": getattr(begin.energy, name), "end": getattr(energy, name)} for name in ("kinetic", "potential", "total")
+        name: {"start": getattr(begin.energy, name), "end": getattr(energy, name)}
+        for name in ("kinetic", "potential", "total")
     }
     return summary | _what_stood(simulation, world, begin) | {"state_hash": world.state_hash()}
 
@@ -187,7 +188,9 @@ def _what_stood(simulation: Simulation, world: World, begin: Start) -> dict[str,
         "dynamic_bodies": len(dynamic),
         "in_place": int((distance < IN_PLACE * unit).sum()),
         "fell": len(fallen),
-        "fallen": [simulation.name_of(int(dynamic[row])) for row in fallen[np.argsort(-drop[fallen], kind="stable")][:5]],
+        "fallen": [
+            simulation.name_of(int(dynamic[row])) for row in fallen[np.argsort(-drop[fallen], kind="stable")][:5]
+        ],
         "at_rest": int((speed < AT_REST * unit).sum()),
         "farthest": None
         if farthest is None

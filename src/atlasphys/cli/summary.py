@@ -24,7 +24,9 @@ def _rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     ended = " (stopped by Ctrl-C)" if summary["interrupted"] else " (stopped by an error)" if summary["error"] else ""
     rows = [("simulated", f"{summary['seconds']:.6g} s in {summary['steps']} steps of {summary['dt']:.4g} s{ended}")]
     if summary["speed"] is not None:
-        rows.append(("speed", f"{summary['speed']:.3g} × real time, {summary['wall_seconds']:.3g} s after the first step"))
+        rows.append(
+            ("speed", f"{summary['speed']:.3g} × real time, {summary['wall_seconds']:.3g} s after the first step")
+        )
     rows.append(("bodies", f"{summary['bodies']}, with {summary['contacts']} contact points at the end"))
     if "state_hash" in summary:
         rows += _what_stood(summary)

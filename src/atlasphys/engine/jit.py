@@ -5,12 +5,13 @@ Two decorators:
 - ``@kernel`` marks a function that Python calls. Its machine code is kept in a cache folder between runs.
 - ``@routine`` marks a function that only kernels call. It is compiled into each of them.
 
-Both compile strict IEEE arithmetic (no ``fastmath``, so no fused multiply-add and no reordering): the same bits on every CPU.
-Both release the interpreter lock, check no bounds, and let division by zero give infinity as NumPy does.
+Both compile strict IEEE arithmetic (no ``fastmath``, so no fused multiply-add and no reordering): the same bits on
+every CPU. Both release the interpreter lock, check no bounds, and let division by zero give infinity as NumPy does.
 
-The cache folder's name holds a hash of the kernel's source file and of every engine file that it imports, directly or not.
-Numba itself looks only at the file that holds the kernel, and would run stale code after an edit of a helper elsewhere.
-The folder is ``$ATLASPHYS_CACHE_DIR`` or the user's cache folder, or, where that cannot be written, a temporary one.
+The cache folder's name holds a hash of the kernel's source file and of every engine file that it imports, directly or
+not. Numba itself looks only at the file that holds the kernel, and would run stale code after an edit of a helper
+elsewhere. The folder is ``$ATLASPHYS_CACHE_DIR`` or the user's cache folder, or, where that cannot be written, a
+temporary one.
 """
 
 from __future__ import annotations
@@ -31,6 +32,10 @@ import platformdirs
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _IMPORT = re.compile(r"^from (atlasphys\.engine[\w.]*) import (\([^)]*\)|[^\n(]*)", re.MULTILINE)
+
+# Numba's own annotations do not know these options.
+_njit: Any = numba.njit
+_config: Any = numba.config
 
 _OPTIONS = {"nogil": True, "error_model": "numpy", "boundscheck": False, "fastmath": False}
 
@@ -77,32 +82,32 @@ def cache_root() -> Path:
 def kernel(function: Function) -> Function:
     """Compile a function that Python calls, once per combination of argument types, and keep the code between runs."""
     folder = cache_root() / "kernels" / f"{numba.__version__}-{_source_hash(function.__module__)[:16]}"
-    # Numba reads this setting when a function's cache is set up, that is, in this call; other packages' kernels keep theirs.
-    previous, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+    # Numba reads this setting when a function's cache is set up, in this call; other packages' kernels keep theirs.
+    previous, _config.CACHE_DIR = _config.CACHE_DIR, str(folder)
     try:
-        return numba.njit(cache=True, no_cfunc_wrapper=True, **_OPTIONS)(function)  # type: ignore[no-any-return]
+        return _njit(cache=True, no_cfunc_wrapper=True, **_OPTIONS)(function)
     finally:
-        numba.config.CACHE_DIR = previous
+        _config.CACHE_DIR = previous
 
 
 def routine(function: Function) -> Function:
-    """Compile a function that only kernels call."""
+    """Compile a function that only kernels call. Called from Python it crashes: it has no wrapper for that."""
     return _routine(function, forceinline=False)
 
 
 def inlined(function: Function) -> Function:
     """Compile a function into each place where a kernel or routine calls it.
 
-    For small functions of large tables in the innermost loops: each array of a table is nine arguments to pass, which takes
-    longer than the function itself.
+    For small functions of large tables in the innermost loops: each array of a table is nine arguments to pass, which
+    takes longer than the function itself.
     """
     return _routine(function, forceinline=True)
 
 
 def _routine(function: Function, forceinline: bool) -> Function:
-    compiled = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=forceinline, **_OPTIONS)(function)
+    compiled = _njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=forceinline, **_OPTIONS)(function)
     if hasattr(compiled, "compile"):  # not where NUMBA_DISABLE_JIT is set
         compile_types = compiled.compile
         # Numba would compile f(x, 0), f(x, 1) and f(x, i) one by one, each literal being a type of its own.
         compiled.compile = lambda types: compile_types(tuple(map(numba.types.unliteral, types)))
-    return compiled  # type: ignore[no-any-return]
+    return compiled

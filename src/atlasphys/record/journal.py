@@ -1,12 +1,12 @@
 """A file that changes from one whole state to the next in a single instant, so that killing the writer never spoils it.
 
-HDF5 updates its index in place, in several writes; killed between two of them, it leaves an index that contradicts itself
-(`docs/recordings.md` says how often). Here the pages that hold the last committed state are therefore not touched until all
-of their new contents lie in a checked list, the journal, at the end of the file. A reader who finds a whole journal there
-puts its pages in the place of the old ones; one who does not finds the old state untouched. (The redo log of databases:
-Gray and Reuter, "Transaction Processing", 1992, chapter 9.)
+HDF5 updates its index in place, in several writes; killed between two of them, it leaves an index that contradicts
+itself (`docs/recordings.md` says how often). So here the pages that hold the last committed state are not touched
+until all of their new contents lie in a checked list, the journal, at the end of the file. A reader who finds a whole
+journal there puts its pages in the place of the old ones; one who does not finds the old state untouched. (This is the
+redo log of databases: Gray and Reuter, "Transaction Processing", 1992, chapter 9.)
 
-It stands up to the death of the process at any instant. It does not wait for the disk, so a power failure may undo the last commits.
+It stands up to the death of the process at any instant. It does not wait for the disk: a power failure may spoil it.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ class JournaledFile(io.RawIOBase):
     """A random-access file, as h5py takes it, whose writes take effect together at :meth:`commit`.
 
     Args:
-        file: an unbuffered binary file, open for reading and, unless it is only read, writing. It is closed with this one.
-            If its writer was killed during a commit, that commit is completed (in memory: the file itself is not changed).
+        file: an unbuffered binary file, open for reading and, unless it is only read, writing. It is closed with this
+            one. If its writer was killed during a commit, that commit is completed, in memory only.
     """
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
         self._pages, self._committed = _read_journal(file)
-        """Pages of the committed state with their new contents; those after it are written where they belong at once."""
+        """New contents of the pages of the committed state. Pages behind it are written where they belong at once."""
         self._size = self._committed
         self._whole = self._committed
-        """Bytes of the file that hold a whole state: the committed one or, while a commit goes on, that and its journal."""
+        """Bytes of the file that hold a whole state: the committed one, during a commit that and its journal."""
         self._position = 0
         self._abandoned = False
 
@@ -69,26 +69,33 @@ class JournaledFile(io.RawIOBase):
     # What h5py calls
 
     def readable(self) -> bool:
+        """Always."""
         return True
 
     def writable(self) -> bool:
+        """As far as h5py is concerned, always."""
         return True
 
     def seekable(self) -> bool:
+        """Always."""
         return True
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        """Move to a position [bytes]."""
         self._position = offset + (0, self._position, self._size)[whence]
         return self._position
 
     def tell(self) -> int:
+        """The position [bytes]."""
         return self._position
 
     def truncate(self, size: int | None = None) -> int:
+        """Set the size [bytes], from the next commit on."""
         self._size = self._position if size is None else size
         return self._size
 
     def readinto(self, buffer: memoryview) -> int:  # type: ignore[override]
+        """Read from the position on, what was written since the last commit included."""
         view = memoryview(buffer).cast("B")
         end = min(self._position + len(view), self._size)
         done = 0
@@ -101,6 +108,7 @@ class JournaledFile(io.RawIOBase):
         return done
 
     def write(self, data: memoryview) -> int:  # type: ignore[override]
+        """Write at the position, from the next commit on."""
         view = memoryview(data).cast("B")
         if self._abandoned or not len(view):
             return len(view)
@@ -120,6 +128,7 @@ class JournaledFile(io.RawIOBase):
         return len(view)
 
     def close(self) -> None:
+        """Close this and the file below; what was not committed is lost."""
         if not self.closed:
             self._file.close()
         super().close()
@@ -143,7 +152,7 @@ def has_journal(file: BinaryIO) -> bool:
 
 
 def _read_journal(file: BinaryIO) -> tuple[dict[int, bytearray], int]:
-    """The pages of a whole journal at the file's end and the size of the file that they make; none and the file's own size without one."""
+    """Pages of the journal at the file's end and the size of the file they make; none and its own size without one."""
     file_size = file.seek(0, io.SEEK_END)
     if file_size < _FOOTER.size:
         return {}, file_size

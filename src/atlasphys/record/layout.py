@@ -4,7 +4,7 @@
 - ``scene``: the scene as JSON text, in the schema of scene files;
 - ``bodies``: (b,) a body each, as JSON text in that schema, as it was when it was first recorded;
 - ``time``: (s,) simulated time of each recorded step [s];
-- ``poses``: (s, b, 7) position [m] and orientation (w, x, y, z) in double precision; NaN where a body was not in the world.
+- ``poses``: (s, b, 7) position [m] and orientation (w, x, y, z), in double precision; NaN where a body was not there.
 """
 
 FORMAT = "atlasphys recording"

@@ -26,7 +26,7 @@ Array = npt.NDArray[np.float64]
 
 
 class Poses(NamedTuple):
-    """Where all bodies are at one step. Rows are those of ``Recording.names``; NaN where a body was not in the world."""
+    """Where all bodies are at one step, in the rows of ``Recording.names``; NaN where a body was not in the world."""
 
     positions: Array
     """(b, 3) origins of the bodies' own frames [m]."""
@@ -188,7 +188,9 @@ class Recording:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def __repr__(self) -> str:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from atlasphys.world.world import World
 
 LONGEST_WAIT = 2.0
-"""Recorded steps reach the file at the latest at the first one recorded after this time [s], and when 50 are together."""
+"""Steps reach the file when 50 are together, or at the first that is recorded later than this after the last [s]."""
 
 
 class Recorder:
@@ -49,8 +49,8 @@ class Recorder:
     ...         world.step(1 / 60)
     ...         recorder.record()
     >>> with ap.Recording(path) as recording:
-    ...     print(len(recording), recording.body("ball").positions[-1])
-    3 [0. 2.98365 0.]
+    ...     print(len(recording), recording.body("ball").positions[-1, 1])
+    3 2.98365
     """
 
     def __init__(self, path: str | os.PathLike[str], world: World, scene: Scene | None = None) -> None:
@@ -84,7 +84,8 @@ class Recorder:
         """Record the world as it is now.
 
         Raises:
-            RecordingError: the file can no longer be written, for one because the disk is full; it keeps the steps that had reached it.
+            RecordingError: the file can no longer be written, for one because the disk is full. It keeps the steps that
+                had reached it.
         """
         if self.closed:
             raise RecordingError(f"{self.path}: the recording is closed")
@@ -115,7 +116,9 @@ class Recorder:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def _assign_columns(self, ids: npt.NDArray[np.int64]) -> None:
@@ -132,7 +135,7 @@ class Recorder:
             self._poses = np.concatenate([self._poses, room], axis=1)
 
     def _commit(self) -> None:
-        """Write the steps of the present chunk; a full chunk ends here, another is written again with more steps later."""
+        """Write the steps of the present chunk. A full chunk ends here; another is written again later, with more."""
         first, last, count = self._stored, self._stored + self._filled, len(self._column_of)
         try:
             bodies, times, poses = (self._file[name] for name in ("bodies", "time", "poses"))
@@ -177,7 +180,9 @@ def _empty_recording(scene: Scene) -> bytes:
         file.create_dataset("bodies", (0,), text, maxshape=(None,), chunks=(CHUNK_BODIES,))
         file.create_dataset("time", (0,), "f8", maxshape=(None,), chunks=(20 * CHUNK_STEPS,))
         chunks = (CHUNK_STEPS, CHUNK_BODIES, 7)
-        file.create_dataset("poses", (0, 0, 7), "f8", maxshape=(None, None, 7), chunks=chunks, fillvalue=np.nan, **packed)
+        file.create_dataset(
+            "poses", (0, 0, 7), "f8", maxshape=(None, None, 7), chunks=chunks, fillvalue=np.nan, **packed
+        )
     return image.getvalue()
 
 

@@ -49,13 +49,21 @@ def build_world(scene: SceneModel, source: Source, settings: dict[str, Any]) -> 
     return world
 
 
+_OF_SOLVER = ("solver", "solver_settings", "position_correction", "substeps")
+_OF_PRESET = (*_OF_SOLVER, "narrowphase", "broadphase")
+"""Settings of a scene that make no sense, or are not wanted, once another solver or preset is asked for."""
+
+
 def _make_world(model: WorldModel, settings: dict[str, Any]) -> World:
-    arguments = model.given() | settings
+    replaced = _OF_PRESET if "preset" in settings else _OF_SOLVER if "solver" in settings else ()
+    arguments = {name: value for name, value in model.given().items() if name not in replaced} | settings
     solver_settings = arguments.pop("solver_settings", None)
-    if solver_settings and "solver" not in settings:
+    if solver_settings:
         solver = arguments.get("solver")
         if solver not in SOLVERS:
-            raise InvalidArgumentError(f"solver must be one of {', '.join(SOLVERS)} where it has settings (got {solver!r})")
+            raise InvalidArgumentError(
+                f"solver must be one of {', '.join(SOLVERS)} where it has settings (got {solver!r})"
+            )
         maker = SOLVERS[solver].settings
         known = [field.name for field in dataclasses.fields(maker)]
         for name in solver_settings:
@@ -84,7 +92,12 @@ def describe_world(world: World) -> dict[str, Any]:
 def describe_body(body: Body) -> dict[str, Any]:
     """A body as it is now in the form of the schema: everything that ``World.add`` would not choose by itself."""
     state, row = body.world._state, body.row
-    entry: dict[str, Any] = {"name": body.name, "shape": describe_shape(body.shape), "kind": body.kind, "color": body.color}
+    entry: dict[str, Any] = {
+        "name": body.name,
+        "shape": describe_shape(body.shape),
+        "kind": body.kind,
+        "color": body.color,
+    }
     entry |= {"position": body.position.tolist(), "orientation": body.orientation.tolist()}
     if body.kind != "static":
         entry |= {"velocity": body.velocity.tolist(), "angular_velocity": body.angular_velocity.tolist()}
@@ -93,7 +106,9 @@ def describe_body(body: Body) -> dict[str, Any]:
     names = ("friction", "restitution", "rolling_friction", "torsional_friction", "linear_damping", "angular_damping")
     entry |= {name: getattr(body, name) for name in (*names, "gravity_scale")}
     entry |= {"locks": body.locks, "group": int(state.colliders.group[row]), "mask": int(state.colliders.mask[row])}
-    defaults = World.add.__kwdefaults__ | {"kind": "static" if isinstance(body.shape, Plane) else "dynamic", "mask": 2**32 - 1, "locks": ()}
+    plain: dict[str, Any] = World.add.__kwdefaults__ or {}
+    kind = "static" if isinstance(body.shape, Plane) else "dynamic"
+    defaults = plain | {"kind": kind, "mask": 2**32 - 1, "locks": ()}
     return {
         name: value
         for name, value in entry.items()

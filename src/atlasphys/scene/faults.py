@@ -8,12 +8,12 @@ import reprlib
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
 from atlasphys.errors import SceneError
 from atlasphys.scene.locate import Locations, Path
 from atlasphys.scene.schema import SHAPES, BodyModel, SceneModel, WorldModel
-
-from pydantic import BaseModel, ValidationError
-from pydantic_core import ErrorDetails
 
 
 class Fault(NamedTuple):
@@ -88,9 +88,13 @@ def faults_of(error: ValidationError, root: type[BaseModel] = SceneModel) -> lis
 
 
 def _repeats(details: ErrorDetails) -> bool:
-    """Whether an array is called too short only because some of its entries are wrong, which are faults of their own."""
-    wanted = details.get("ctx", {}).get("min_length")
-    return details["type"] == "too_short" and isinstance(details["input"], list | tuple) and len(details["input"]) >= wanted
+    """Whether an array is called too short only because some of its entries are wrong, faults of their own."""
+    wanted = details.get("ctx", {}).get("min_length", 0)
+    return (
+        details["type"] == "too_short"
+        and isinstance(details["input"], list | tuple)
+        and len(details["input"]) >= wanted
+    )
 
 
 def _fault(details: ErrorDetails, root: type[BaseModel]) -> Fault:
@@ -128,7 +132,7 @@ _WANTED = {
 
 
 def _place(location: tuple[int | str, ...], root: type[BaseModel]) -> tuple[Path, type[BaseModel]]:
-    """Path of an error, and the model that it was found with. Pydantic puts a shape's type between ``shape`` and its keys."""
+    """Path of an error, and the model that found it. Pydantic puts a shape's type between ``shape`` and its keys."""
     if location[:1] == ("world",):
         return location, WorldModel
     if location[:1] != ("bodies",) or len(location) < 3:

@@ -72,7 +72,11 @@ def parse_scene(text: str, *, name: str, is_json: bool) -> Scene:
     version = data.get("version")
     if isinstance(version, int) and not isinstance(version, bool) and version != VERSION:
         raise source.error(
-            [Fault(("version",), f"is {show(version)}, and this version of AtlasPhys reads scenes of version {VERSION}")]
+            [
+                Fault(
+                    ("version",), f"is {show(version)}, and this version of AtlasPhys reads scenes of version {VERSION}"
+                )
+            ]
         )
     if source.locations and source.locations.repeated:
         raise source.error(Fault(path, "is given twice") for path in source.locations.repeated)

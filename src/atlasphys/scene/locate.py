@@ -44,7 +44,7 @@ class Locations:
             self._document()
 
     def line(self, path: Path) -> int:
-        """The line, from 1, of the value at ``path`` or, if there is none, of the innermost value that would hold it."""
+        """The line, from 1, of the value at ``path``; if there is none, of the innermost value that would hold it."""
         while path and path not in self.spans:
             path = path[:-1]
         return self._text.count("\n", 0, self.spans[path][0]) + 1 if path in self.spans else 1

@@ -21,8 +21,8 @@ class Scene:
     """A world's settings and bodies as plain values, checked, and not changed afterwards.
 
     Args:
-        bodies: the bodies in the order in which they are added: mappings of the arguments of ``World.add``, the shape as
-            a mapping too, its ``type`` beside its sizes.
+        bodies: the bodies in the order in which they are added, as mappings of the arguments of ``World.add``; the
+            shape is a mapping too, its ``type`` beside its sizes.
         world: arguments of :class:`atlasphys.World`.
         name: name of the scene.
         description: what it shows, in a line.
@@ -47,7 +47,7 @@ class Scene:
         seconds: float | None = None,
         dt: float | None = None,
     ) -> None:
-        given = {"name": name, "description": description, "seconds": seconds, "dt": dt, "world": world}
+        given = {"name": name, "description": description, "seconds": seconds, "dt": dt, "world": world and dict(world)}
         data = {key: value for key, value in given.items() if value is not None}
         self._source = Source(name if isinstance(name, str) and name else "scene")
         self.model = check({"version": VERSION, **data, "bodies": tuple(bodies)}, self._source)

@@ -238,7 +238,7 @@ class BodyModel(Model):
     density: Positive | None = None
     """Density [kg/m³]. Default, where no mass is given: 1000."""
     inertia: Inertia | None = None
-    """Three moments about the shape's axes, or the inertia tensor, about the centre of mass [kg m²]. Default: that of the shape."""
+    """Three moments about the shape's axes, or the tensor, about the centre of mass [kg m²]. Default: the shape's."""
     friction: NotNegative | None = None
     """Coefficient of Coulomb friction. Default: 0.5."""
     restitution: Annotated[Real, Field(ge=0, le=1)] | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -47,12 +48,14 @@ def in_range(name: str, value: object, least: float, greatest: float) -> float:
 
 def bits(name: str, value: object) -> int:
     """A set of groups as the lowest 32 bits of an integer; ``~0`` is all of them."""
-    if isinstance(value, bool) or not hasattr(value, "__index__"):
-        raise invalid(name, "an integer of 32 bits", value)
-    result = value.__index__()
-    if not -(2**31) <= result < 2**32:
-        raise invalid(name, "an integer of 32 bits", value)
-    return int(result) & 0xFFFFFFFF
+    wanted = "an integer of 32 bits"
+    try:
+        result = operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise invalid(name, wanted, value) from None
+    if isinstance(value, bool) or not -(2**31) <= result < 2**32:
+        raise invalid(name, wanted, value)
+    return result & 0xFFFFFFFF
 
 
 def lock_bits(value: object) -> int:
@@ -64,7 +67,7 @@ def lock_bits(value: object) -> int:
         raise invalid("locks", wanted, value)
     result = 0
     for entry in value:
-        if entry not in LOCKS:
+        if not isinstance(entry, str) or entry not in LOCKS:
             raise invalid("locks", wanted, value)
         result |= 1 << LOCKS.index(entry)
     return result

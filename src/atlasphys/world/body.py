@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from atlasphys.engine.math import mat
 from atlasphys.engine.shapes.shape import Shape
 from atlasphys.engine.state.bodies import DYNAMIC, KINDS, STATIC
 from atlasphys.engine.state.pose import refresh
@@ -110,13 +109,13 @@ class Body:
     @property
     def kind(self) -> str:
         """``"dynamic"``, ``"static"`` or ``"kinematic"``."""
-        return list(KINDS)[self._world._state.bodies.kind[self.row]]
+        return list(KINDS)[int(self._world._state.bodies.kind[self.row])]
 
     @property
     def shape(self) -> Shape:
         """The body's shape."""
         state = self._world._state
-        return state.table.shapes[state.colliders.shape[self.row]]
+        return state.table.shapes[int(state.colliders.shape[self.row])]
 
     @property
     def mass(self) -> float:
@@ -184,7 +183,7 @@ class Body:
     def _write(self, column: str, part: slice, value: tuple[float, ...]) -> None:
         row = self.row
         getattr(self._world._state.bodies, column)[row, part] = value
-        self._world._state.refreshed(row)
+        self._world._state.take_over(column, row, part)
 
     def _refuse_if_static(self, name: str) -> None:
         if self._world._state.bodies.kind[self.row] == STATIC:
@@ -240,10 +239,11 @@ class Body:
         state = self._world._state
         refresh(state.bodies, row, row + 1)
         inverse = state.bodies.inverse_mass[row].astype(np.float64)
-        turn = mat.sym_mul_vec(tuple(inverse[3:9]), tuple(angular))
+        tensor = inverse[[[3, 6, 7], [6, 4, 8], [7, 8, 5]]]
+        turn = (tensor * angular).sum(axis=1)
         kicked = state.bodies.motion[row, 0:6] + np.concatenate([inverse[0:3] * linear, turn])
         self._store_finite(state.bodies.motion[row, 0:6], name, kicked)
-        state.refreshed(row)
+        state.take_over("motion", row, slice(0, 6))
 
     @staticmethod
     def _store_finite(target: npt.NDArray[Any], name: str, value: Vector) -> None:
@@ -264,9 +264,7 @@ class Body:
 
     @locks.setter
     def locks(self, value: object) -> None:
-        row = self.row
-        self._world._state.bodies.locks[row] = lock_bits(value)
-        self._world._state.refreshed(row)
+        self._world._state.bodies.locks[self.row] = lock_bits(value)
 
     def _coefficient(self, name: str) -> float:
         return float(self._world._state.colliders.material[self.row, COEFFICIENTS[name][0]])

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +12,7 @@ import numpy.typing as npt
 from atlasphys.engine.state.bodies import KINDS
 from atlasphys.engine.state.manifolds import Manifolds
 from atlasphys.errors import InvalidArgumentError
+from atlasphys.world.arguments import LARGEST_COORDINATE
 from atlasphys.world.body import Body
 
 if TYPE_CHECKING:
@@ -66,15 +68,20 @@ class Bodies:
     def __len__(self) -> int:
         return self._world._state.count
 
-    def __getitem__(self, key: int | str) -> Body:
-        """The body of a row or of a name."""
+    @overload
+    def __getitem__(self, key: int | str) -> Body: ...
+    @overload
+    def __getitem__(self, key: slice) -> list[Body]: ...
+    def __getitem__(self, key: int | str | slice) -> Body | list[Body]:
+        """The body of a row or of a name, or the bodies of a range of rows."""
         if isinstance(key, str):
             for row, info in enumerate(self._world._infos):
                 if info.name == key:
                     return Body(self._world, row)
             raise KeyError(f"no body is named {key!r}")
-        row = range(len(self))[key]
-        return Body(self._world, row)
+        if isinstance(key, slice):
+            return [Body(self._world, row) for row in range(len(self))[key]]
+        return Body(self._world, range(len(self))[key])
 
     def __iter__(self) -> Iterator[Body]:
         return iter([Body(self._world, row) for row in range(len(self))])
@@ -92,9 +99,17 @@ class Bodies:
 
     def _write(self, view: npt.NDArray[Any], name: str, value: npt.ArrayLike) -> None:
         try:
-            view[...] = value
-        except (TypeError, ValueError) as error:
+            given = np.broadcast_to(np.asarray(value), view.shape)
+        except ValueError as error:
             raise InvalidArgumentError(f"{name} takes an array of shape {view.shape}: {error}") from None
+        if given.dtype.kind not in "iuf":
+            raise InvalidArgumentError(f"{name} takes an array of real numbers (got one of {given.dtype})")
+        with np.errstate(over="ignore"):
+            rounded = given.astype(view.dtype)
+        limit = np.inf if name == "orientation" else LARGEST_COORDINATE  # quaternions are normalised
+        if not (np.isfinite(rounded) & (np.abs(rounded) <= limit)).all():
+            raise InvalidArgumentError(f"{name} takes finite numbers, at most {limit:g} (got {reprlib.repr(value)})")
+        view[...] = rounded
 
     @property
     def position(self) -> npt.NDArray[np.float64]:
@@ -145,7 +160,8 @@ class Bodies:
     @property
     def kind(self) -> npt.NDArray[np.str_]:
         """(n,) ``"dynamic"``, ``"static"`` or ``"kinematic"``."""
-        return np.array(list(KINDS))[self._column("kind")]
+        names: npt.NDArray[np.str_] = np.array(list(KINDS))[self._column("kind")]
+        return names
 
     @property
     def names(self) -> list[str | None]:

@@ -16,7 +16,6 @@ import numpy.typing as npt
 
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.manifold.build import COMBINE_RULES
-from atlasphys.engine.shapes.arguments import number
 from atlasphys.engine.shapes.mass import mass_properties
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.shape import Shape
@@ -24,8 +23,17 @@ from atlasphys.engine.solvers import SOLVERS
 from atlasphys.engine.state.bodies import DYNAMIC, KINDS, STATIC
 from atlasphys.engine.state.state import Environment, State
 from atlasphys.engine.step import STAGES, DivergedError, Pipeline, step
-from atlasphys.errors import DivergenceError, InvalidArgumentError, RemovedBodyError
-from atlasphys.world.arguments import bits, bounded_vector, choice, in_range, lock_bits, rgb, unit_quaternion
+from atlasphys.errors import DivergenceError, InvalidArgumentError
+from atlasphys.world.arguments import (
+    LARGEST_COORDINATE,
+    bits,
+    bounded_vector,
+    choice,
+    in_range,
+    lock_bits,
+    rgb,
+    unit_quaternion,
+)
 from atlasphys.world.body import COEFFICIENTS, RESPONSES, Body
 from atlasphys.world.views import Bodies, Energy, Event, contact_points
 
@@ -42,6 +50,9 @@ PRECISIONS = {"single": np.float32, "double": np.float64}
 
 SHORTEST_STEP, LONGEST_STEP = 1e-7, 10.0
 """Range of dt [s]. Outside it h² or 1/h² leaves single precision's range in usual scenes."""
+
+LONGEST_RUN = 1e9
+"""Most seconds that ``World.run`` simulates: thirty years."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,11 +142,15 @@ class World:
         name, settings = _solver(chosen["solver"] if solver is None else solver)
         if position_correction is not None:
             if dataclasses.is_dataclass(solver):
-                raise InvalidArgumentError("position_correction is given twice: as an argument and in the solver's settings")
+                raise InvalidArgumentError(
+                    "position_correction is given twice: as an argument and in the solver's settings"
+                )
             settings = dataclasses.replace(settings, position_correction=position_correction)
         self._pipeline = Pipeline(
             broadphase=choice("broadphase", chosen["broadphase"] if broadphase is None else broadphase, BROADPHASES),
-            narrowphase=choice("narrowphase", chosen["narrowphase"] if narrowphase is None else narrowphase, NARROWPHASES),
+            narrowphase=choice(
+                "narrowphase", chosen["narrowphase"] if narrowphase is None else narrowphase, NARROWPHASES
+            ),
             solver=name,
             solver_settings=settings,
         )
@@ -416,9 +431,7 @@ class World:
         Raises:
             InvalidArgumentError, DivergenceError: as :meth:`step`; the steps before the failing one remain.
         """
-        length = number("seconds", seconds)
-        if length < 0:
-            raise InvalidArgumentError(f"seconds must not be negative (got {seconds!r})")
+        length = in_range("seconds", seconds, 0, LONGEST_RUN)
         h = in_range("dt", dt, SHORTEST_STEP, LONGEST_STEP)
         for _ in range(round(length / h)):
             self.step(h)
@@ -429,25 +442,33 @@ class World:
         rows = state.written_rows()
         if len(rows) == 0:
             return
-        bodies = state.bodies
-        for column, values in (
-            ("position", bodies.position[rows]),
-            ("orientation", bodies.orientation[rows]),
-            ("velocity", bodies.motion[rows, 0:3]),
-            ("angular_velocity", bodies.motion[rows, 3:6]),
+        bodies, before = state.bodies, state.remembered
+        for column, now, then in (
+            ("position", bodies.position[rows], before.position[rows]),
+            ("orientation", bodies.orientation[rows], before.orientation[rows]),
+            ("velocity", bodies.motion[rows, 0:3], before.motion[rows, 0:3]),
+            ("angular_velocity", bodies.motion[rows, 3:6], before.motion[rows, 3:6]),
         ):
-            wrong = rows[~np.isfinite(values).all(axis=1)]
+            # A quaternion of any length is normalised below; what was not written may have moved out of the range.
+            limit = np.inf if column == "orientation" else LARGEST_COORDINATE
+            wrong = rows[((now != then) & ~(np.isfinite(now) & (np.abs(now) <= limit))).any(axis=1)]
             if len(wrong):
-                raise InvalidArgumentError(f"bodies.{column}[{wrong[0]}] was set to a value that is not finite")
-        lengths = np.sqrt((bodies.orientation[rows].astype(np.float64) ** 2).sum(axis=1))
-        wrong = rows[lengths < 1e-6]
+                raise InvalidArgumentError(
+                    f"bodies.{column}[{wrong[0]}] was set to {getattr(self.bodies, column)[wrong[0]]}; "
+                    + ("its numbers must be finite" if limit == np.inf else f"at most {limit:g} is possible")
+                )
+        orientation = bodies.orientation[rows].astype(np.float64)
+        greatest = np.abs(orientation).max(axis=1, keepdims=True)
+        wrong = rows[greatest[:, 0] == 0]
         if len(wrong):
             raise InvalidArgumentError(f"bodies.orientation[{wrong[0]}] was set to zero, which is no rotation")
         moving = rows[(bodies.kind[rows] == STATIC) & (bodies.motion[rows, 0:6] != 0).any(axis=1)]
         if len(moving):
             raise InvalidArgumentError(f"bodies.velocity[{moving[0]}]: the body is static and cannot move")
-        changed = rows[np.abs(lengths - 1) > 1e-6]
-        bodies.orientation[changed] = bodies.orientation[changed] / lengths[np.abs(lengths - 1) > 1e-6, None]
+        orientation /= greatest
+        lengths = np.sqrt((orientation**2).sum(axis=1, keepdims=True))
+        changed = (np.abs(lengths * greatest - 1) > 1e-6)[:, 0]
+        bodies.orientation[rows[changed]] = orientation[changed] / lengths[changed]
         state.remember()
 
     # Reading ---------------------------------------------------------------------------------------------------------
@@ -501,13 +522,15 @@ class World:
     def momentum(self) -> npt.NDArray[np.float64]:
         """Total linear momentum of the dynamic bodies [kg m/s], (3,)."""
         mass, _, velocity, _, _ = self._moving()
-        return (mass[:, None] * velocity).sum(axis=0)
+        total: npt.NDArray[np.float64] = (mass[:, None] * velocity).sum(axis=0)
+        return total
 
     def angular_momentum(self, about: object = (0.0, 0.0, 0.0)) -> npt.NDArray[np.float64]:
         """Total angular momentum of the dynamic bodies about a point [kg m²/s], (3,)."""
         mass, center, velocity, _, spin_momentum = self._moving()
         arm = center - np.array(bounded_vector("about", about))
-        return (np.cross(arm, mass[:, None] * velocity) + spin_momentum).sum(axis=0)
+        total: npt.NDArray[np.float64] = (np.cross(arm, mass[:, None] * velocity) + spin_momentum).sum(axis=0)
+        return total
 
     def _moving(self) -> tuple[npt.NDArray[np.float64], ...]:
         """Mass, centre, velocity, angular velocity and angular momentum about the centre of each dynamic body, in double."""
@@ -582,7 +605,7 @@ def _threshold(value: object) -> float:
 
 
 def _conjugate(q: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    return q * np.array([1.0, -1.0, -1.0, -1.0])
+    return np.concatenate([q[:, :1], -q[:, 1:]], axis=1)
 
 
 def _rotate(q: npt.NDArray[np.float64], v: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

@@ -90,7 +90,10 @@ def turned(rng: np.random.Generator) -> Array:
     return rotation(rng.normal(size=4))
 
 
-CUBE_TURNS = [rotation(q) for q in ((1, 0, 0, 0), (1, 1, 0, 0), (1, 0, 1, 0), (1, 0, 0, 1), (1, 1, 1, 1), (0, 1, 0, 0), (0, 1, 1, 0))]
+CUBE_TURNS = [
+    rotation(q)
+    for q in ((1, 0, 0, 0), (1, 1, 0, 0), (1, 0, 1, 0), (1, 0, 0, 1), (1, 1, 1, 1), (0, 1, 0, 0), (0, 1, 1, 0))
+]
 """Turns that bring a cube's axes onto its axes."""
 
 
@@ -123,8 +126,9 @@ def random_shape(kind: str, rng: np.random.Generator, size: float = 1.0, thin: b
 def random_pose(kind_a: str, kind_b: str, rng: np.random.Generator, case: str) -> Pose:
     """A pair of overlapping shapes (unless ``case`` is "apart").
 
-    Cases: random; deep; apart; aligned (axes along axes, offsets in quarters); identical (the same shape at the same place);
-    concentric (turned about the same point); touching (moved apart to an overlap of zero by the sweep's answer); tiny; huge; thin.
+    Cases: random; deep; apart; aligned (axes along axes, offsets in quarters); identical (the same shape at the same
+    place); concentric (turned about the same point); touching (moved apart to an overlap of zero by the sweep's
+    answer); tiny; huge; thin.
     """
     size = {"tiny": 1e-3, "huge": 1e3}.get(case, 1.0)
     thin = case == "thin"

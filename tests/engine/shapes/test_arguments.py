@@ -94,7 +94,7 @@ def test_any_argument_makes_a_usable_shape_or_a_clear_error(a, b, c):
         try:
             shape = make()
         except InvalidArgumentError as error:
-            assert "must" in str(error) or "points" in str(error)  # noqa: PT017
+            assert "must" in str(error) or "points" in str(error)
             continue
         properties = mass_properties(shape, density=1000.0)
         with np.errstate(over="raise", under="raise"):
@@ -107,7 +107,7 @@ def test_any_plane_has_a_unit_normal_or_is_refused(normal, offset):
     try:
         plane = Plane(normal, offset)
     except InvalidArgumentError as error:
-        assert str(error).startswith(("normal", "offset"))  # noqa: PT017
+        assert str(error).startswith(("normal", "offset"))
     else:
         assert math.hypot(*plane.normal) == pytest.approx(1.0, rel=1e-15)
         assert abs(plane.offset) <= 1e6

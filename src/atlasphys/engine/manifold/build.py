@@ -58,9 +58,7 @@ def build_manifolds(contacts, pairs, bodies, colliders, old, old_count, new, end
         body_a, body_b = colliders.body[a], colliders.body[b]
         near_a = bodies.kind[body_a] == DYNAMIC
         frame_a, frame_b = mat.load(bodies.geometry, body_a), mat.load(bodies.geometry, body_b)
-        points = reduce_points(
-            normal, contacts.anchor_b, contacts.depth, contacts.first[p], contacts.count[p], kept
-        )
+        points = reduce_points(normal, contacts.anchor_b, contacts.depth, contacts.first[p], contacts.count[p], kept)
         new.count[i] = points
         for k in range(points):
             r_a, r_b = vec.load(contacts.anchor_a, kept[k]), vec.load(contacts.anchor_b, kept[k])

@@ -1,14 +1,17 @@
 """Contact points of two shapes along a known normal, from the features that face each other.
 
-Where a face meets something (face, edge or vertex), the other shape's feature is cut to the outline of the face by the method of
-I. E. Sutherland and G. W. Hodgman, "Reentrant Polygon Clipping", CACM 17(1), 1974, one side plane after the other; depths are measured
-along the face's own normal. Where two edges run side by side, there is a point at each end of what they share. Else there is one point.
+Where a face meets something (face, edge or vertex), the other shape's feature is cut to the outline of the face by
+the method of I. E. Sutherland and G. W. Hodgman, "Reentrant Polygon Clipping", CACM 17(1), 1974, one side plane after
+the other; depths are measured along the face's own normal. Where two edges run side by side, there is a point at each
+end of what they share. Else there is one point.
 
-A normal from GJK, EPA or SAT gives way to that of a face that faces it, if the face's normal parts the shapes as well up to ``bias``:
-so a box at rest has its face's exact normal whatever round-off says, and keeps the same features from step to step.
+A normal from GJK, EPA or SAT gives way to that of a face that faces it, if the face's normal parts the shapes as well
+up to ``bias``: so a box at rest has its face's exact normal whatever round-off says, and keeps the same features from
+step to step.
 
-Feature numbers: an incident vertex has its own id; a crossing of an incident edge and a side (or of two sides) has the ids of both, each
-being that of the vertex where it starts; bit 29 tells that the face belongs to the second shape; bit 30 marks contacts without a face.
+Feature numbers: an incident vertex has its own id; a crossing of an incident edge and a side (or of two sides) has
+the ids of both, each being that of the vertex where it starts; bit 29 tells that the face belongs to the second
+shape; bit 30 marks contacts without a face.
 """
 
 import math
@@ -24,125 +27,140 @@ from atlasphys.engine.shapes.support import rounding
 from atlasphys.engine.shapes.table import FEATURE_POINTS
 
 FACING = 0.995
-"""Cosine of the angle (5.7°) within which a face may stand in for the normal. Larger: round-off flips between one point and four.
-Smaller: a face that only roughly faces the other shape is clipped, at a loss of depth that the bias bounds."""
+"""Cosine of the angle (5.7°) within which a face may stand in for the normal. Larger: round-off flips between one
+point and four. Smaller: a face that only roughly faces the other shape is clipped, at a loss of depth that the bias
+bounds."""
 
 FACE_PREFERENCE = 0.025
-"""Bias, as a part of the speculative margin (0.5 mm by default), in favour of faces over other normals, and of vertices over the sides
-that they nearly touch. Smaller: features flicker in tilted stacks. Larger: a worse than the least depth is reported by so much."""
+"""Bias, as a part of the speculative margin (0.5 mm by default), in favour of faces over other normals, and of
+vertices over the sides that they nearly touch. Smaller: features flicker in tilted stacks. Larger: a worse than the
+least depth is reported by so much."""
 
 PARALLEL = 0.03
-"""Sine of the angle under which two edges count as parallel. Larger: crossing edges get two points, apart from where they meet."""
+"""Sine of the angle under which two edges count as parallel. Larger: crossing edges get two points, apart from where
+they meet."""
 
 ID_MASK, SIDE, CROSSING, ON_SECOND, NO_FACE = 0x1FFF, 0x2000, 1 << 28, 1 << 29, 1 << 30
 
 
 @routine
-def clip_scratch(shapes, real):
-    """Memory for two features and for a polygon before and after a cut: points and ids of each."""
+def clip_scratch(shapes, dtype):
+    """Memory for one feature as it comes, for both as placed, and for a polygon before and after a cut: points and
+    ids of each.
+
+    The last two are halves of one array: an array per half would be counted in and out at every use.
+    """
     size = 2
     for row in range(len(shapes.layout)):
         size = max(size, shapes.layout[row, FEATURE_POINTS])
     return (
-        np.empty((2, size, 3), real),
-        np.empty((2, size), np.int32),
-        np.empty((2, 2 * size + 2, 3), real),
-        np.empty((2, 2 * size + 2, 2), np.int32),
+        np.empty((size, 3), dtype),
+        np.empty(size, np.int32),
+        np.empty((2 * size, 3), dtype),
+        np.empty(2 * size, np.int32),
+        np.empty((4 * size + 4, 3), dtype),
+        np.empty((4 * size + 4, 2), np.int32),
     )
 
 
 @routine
-def _turn(points, count, rotation, offset):
-    """From a shape's own frame to that of the pair."""
+def _place_feature(points, ids, count, rotation, offset, placed, placed_ids, first):
+    """From a shape's own frame to that of the pair, into rows ``first`` and following."""
     for k in range(count):
-        vec.store(points, k, vec.add(mat.mul_vec(rotation, vec.load(points, k)), offset))
+        vec.store(placed, first + k, vec.add(mat.mul_vec(rotation, vec.load(points, k)), offset))
+        placed_ids[first + k] = ids[k] & ID_MASK
 
 
 @routine
-def _outward(points, count):
-    """Unit normal of a polygon whose corners run counter-clockwise about it: the sum of the cross products (M. E. Newell)."""
-    zero = points.dtype.type(0)
-    n = (zero, zero, zero)
-    first = vec.load(points, 0)
-    for k in range(1, count - 1):
-        n = vec.add(n, vec.cross(vec.sub(vec.load(points, k), first), vec.sub(vec.load(points, k + 1), first)))
+def _outward(points, first, count):
+    """Unit normal of a polygon whose corners run counter-clockwise about it: the sum of the cross products (M. E.
+    Newell)."""
+    real = points.dtype.type
+    n = (real(0), real(0), real(0))
+    start = vec.load(points, first)
+    u = vec.sub(vec.load(points, first + 1), start)
+    for k in range(2, count):
+        v = vec.sub(vec.load(points, first + k), start)
+        n = vec.add(n, vec.cross(u, v))
+        u = v
     length = vec.length(n)
     if length > 0:
-        n = vec.scale(n, type(zero)(1) / length)
+        n = vec.scale(n, real(1) / length)
     return n
 
 
 @routine
-def _cut(source, source_ids, count, corner, outward, side, result, result_ids):
-    """Cut a polygon (or segment, or point) by a side plane through ``corner``. Returns the number of corners left."""
-    kept = 0
-    last = count - 1
-    last_distance = vec.dot(vec.sub(vec.load(source, last), corner), outward)
-    for k in range(count):
-        distance = vec.dot(vec.sub(vec.load(source, k), corner), outward)
+def _cut(polygon, ids, source, count, result, corner, outward, limit, side):
+    """Cut a polygon (or segment, or point) to where ``(p − corner) · outward`` is at most ``limit``.
+
+    Args:
+        polygon, ids: the corners with their own ids and those of the edges that they begin.
+        source, count: first row and number of corners.
+        result: first row of the corners that are left.
+        side: id of the edge that the cut makes.
+
+    Returns:
+        the number of corners left.
+    """
+    kept = result
+    last = source + count - 1
+    last_distance = vec.dot(vec.sub(vec.load(polygon, last), corner), outward) - limit
+    for k in range(source, source + count):
+        distance = vec.dot(vec.sub(vec.load(polygon, k), corner), outward) - limit
         # A segment's two ends are joined once, not there and back.
-        if (distance > 0) != (last_distance > 0) and not (count == 2 and k == 0):
+        if (distance > 0) != (last_distance > 0) and (count != 2 or k != source):
             s = last_distance / (last_distance - distance)
-            edge = source_ids[last, 1]
-            crossing = vec.add_scaled(vec.load(source, last), vec.sub(vec.load(source, k), vec.load(source, last)), s)
-            vec.store(result, kept, crossing)
-            result_ids[kept, 0] = CROSSING | (edge << 14) | side
-            result_ids[kept, 1] = side if distance > 0 else edge
+            edge = ids[last, 1]
+            begin = vec.load(polygon, last)
+            vec.store(polygon, kept, vec.add_scaled(begin, vec.sub(vec.load(polygon, k), begin), s))
+            ids[kept, 0] = CROSSING | (edge << 14) | side
+            ids[kept, 1] = side if distance > 0 else edge
             kept += 1
         if distance <= 0:
-            vec.store(result, kept, vec.load(source, k))
-            result_ids[kept, 0], result_ids[kept, 1] = source_ids[k, 0], source_ids[k, 1]
+            vec.store(polygon, kept, vec.load(polygon, k))
+            ids[kept, 0], ids[kept, 1] = ids[k, 0], ids[k, 1]
             kept += 1
         last, last_distance = k, distance
-    return kept
+    return kept - result
 
 
 @routine
-def clip_to_face(face, face_ids, face_count, n, points, ids, count, slack, polygons, polygon_ids):
-    """Cut a feature to the outline of a face, widened by ``slack``.
+def _clip_to_face(placed, placed_ids, face, face_count, n, other, count, slack, polygon, polygon_ids):
+    """Cut a feature (rows ``other`` and following) to the outline of a face (rows ``face`` and following), widened by
+    ``slack``.
 
-    Args:
-        face, face_ids, face_count: corners of the face, counter-clockwise about its outward unit normal n.
-        points, ids, count: corners of the other feature.
-        polygons, polygon_ids: scratch of two polygons.
-
-    Returns:
-        which of the two polygons holds the result, and its number of corners.
+    The face's corners run counter-clockwise about its outward unit normal n. Returns the first row of the result in
+    ``polygon``, and its number of corners.
     """
     for k in range(count):
-        vec.store(polygons[0], k, vec.load(points, k))
-        polygon_ids[0, k, 0] = polygon_ids[0, k, 1] = ids[k] & ID_MASK
-    now = 0
-    for k in range(face_count):
-        corner = vec.load(face, k)
-        outward = vec.cross(vec.sub(vec.load(face, (k + 1) % face_count), corner), n)
+        vec.store(polygon, k, vec.load(placed, other + k))
+        polygon_ids[k, 0] = polygon_ids[k, 1] = placed_ids[other + k]
+    now, free = 0, len(polygon) // 2
+    corner = vec.load(placed, face + face_count - 1)
+    side = placed_ids[face + face_count - 1]
+    for k in range(face, face + face_count):
+        following = vec.load(placed, k)
+        outward = vec.cross(vec.sub(following, corner), n)
         length = vec.length(outward)
         if length > 0 and count > 0:
-            outward = vec.scale(outward, type(length)(1) / length)
-            side = SIDE | (face_ids[k] & ID_MASK)
-            count = _cut(
-                polygons[now],
-                polygon_ids[now],
-                count,
-                vec.add_scaled(corner, outward, slack),
-                outward,
-                side,
-                polygons[1 - now],
-                polygon_ids[1 - now],
-            )
-            now = 1 - now
+            count = _cut(polygon, polygon_ids, now, count, free, corner, outward, slack * length, SIDE | side)
+            now, free = free, now
+        corner, side = following, placed_ids[k]
     return now, count
 
 
 @routine
-def _write_face_points(contacts, target, n, plane_point, second, radius_a, radius_b, margin, polygon, polygon_ids, count):
-    """Write the points of a clipped polygon nearer to the face than the margin. Returns the greatest depth found."""
+def _write_face_points(
+    contacts, target, n, level, second, radius_a, radius_b, margin, polygon, polygon_ids, first, count
+):
+    """Write the points of a clipped polygon nearer to the face (at n · x = level) than the margin. Returns the
+    greatest depth found."""
     real = type(margin)
     deepest = -real(math.inf)
     half = real(0.5)
-    for k in range(count):
+    for k in range(first, first + count):
         p = vec.load(polygon, k)
-        gap = vec.dot(vec.sub(plane_point, p), n)
+        gap = level - vec.dot(p, n)
         depth = (-gap if second else gap) + radius_a + radius_b
         if depth > -margin:
             deepest = max(deepest, depth)
@@ -152,46 +170,48 @@ def _write_face_points(contacts, target, n, plane_point, second, radius_a, radiu
 
 
 @routine
-def _supporting_edge(points, ids, count, n):
-    """The edge (or vertex) of a feature that lies farthest along n, its start first: two rows, and how many count."""
+def _supporting_edge(points, first, count, n):
+    """The edge (or vertex) of a feature that lies farthest along n, its start first: two rows, and how many of them
+    count."""
     if count == 1:
-        return 0, 0, 1
-    best = 0
-    for k in range(1, count):
+        return first, first, 1
+    best = first
+    for k in range(first + 1, first + count):
         if vec.dot(vec.sub(vec.load(points, k), vec.load(points, best)), n) > 0:
             best = k
-    after, before = (best + 1) % count, (best + count - 1) % count
+    after = first + (best - first + 1) % count
+    before = first + (best - first + count - 1) % count
     here = vec.load(points, best)
     u, v = vec.sub(vec.load(points, after), here), vec.sub(vec.load(points, before), here)
     fall_u, fall_v = -vec.dot(u, n), -vec.dot(v, n)
     length_u, length_v = vec.length(u), vec.length(v)
-    first, second, fall, length = best, after, fall_u, length_u
+    parallel = type(fall_u)(PARALLEL)
     if fall_v * length_u < fall_u * length_v:
-        first, second, fall, length = before, best, fall_v, length_v
-    if fall > type(fall)(PARALLEL) * length:
-        return best, best, 1
-    return first, second, 2
+        return (before, best, 2) if fall_v <= parallel * length_v else (best, best, 1)
+    return (best, after, 2) if fall_u <= parallel * length_u else (best, best, 1)
 
 
 @routine
-def write_edges(contacts, target, n, depth, on_a, on_b, radius_a, radius_b, margin, points, ids, count_a, count_b):
-    """Contact without a face: two points where edges run side by side, else the one given (``on_a`` and ``on_b``, on the cores)."""
+def write_edges(
+    contacts, target, n, depth, on_a, on_b, radius_a, radius_b, margin, placed, ids, count_a, first_b, count_b
+):
+    """Contact without a face: two points where edges run side by side, else the one given (``on_a`` and ``on_b``, on
+    the cores)."""
     real = type(depth)
     half = real(0.5)
-    a0, a1, ends_a = _supporting_edge(points[0], ids[0], count_a, n)
-    b0, b1, ends_b = _supporting_edge(points[1], ids[1], count_b, vec.neg(n))
-    feature = NO_FACE | ((ids[0, a0] & ID_MASK) << 14) | (ids[1, b0] & ID_MASK)
+    a0, a1, ends_a = _supporting_edge(placed, 0, count_a, n)
+    b0, b1, ends_b = _supporting_edge(placed, first_b, count_b, vec.neg(n))
+    feature = NO_FACE | (ids[a0] << 14) | ids[b0]
     if ends_a == 2 and ends_b == 2:
-        start, other = vec.load(points[0], a0), vec.load(points[1], b0)
-        u = vec.sub(vec.load(points[0], a1), start)
-        v = vec.sub(vec.load(points[1], b1), other)
+        start, other = vec.load(placed, a0), vec.load(placed, b0)
+        u = vec.sub(vec.load(placed, a1), start)
+        v = vec.sub(vec.load(placed, b1), other)
         uu = vec.length_squared(u)
-        if vec.length_squared(vec.cross(u, v)) <= real(PARALLEL * PARALLEL) * uu * vec.length_squared(v) and uu > 0:
-            zero, one = real(0), real(1)
+        if uu > 0 and vec.length_squared(vec.cross(u, v)) <= real(PARALLEL * PARALLEL) * uu * vec.length_squared(v):
             s0 = vec.dot(vec.sub(other, start), u) / uu
             s1 = s0 + vec.dot(v, u) / uu
-            lower, upper = max(zero, min(s0, s1)), min(one, max(s0, s1))
-            if upper > lower and s0 != s1:
+            lower, upper = max(real(0), min(s0, s1)), min(real(1), max(s0, s1))
+            if upper > lower:
                 deepest = -real(math.inf)
                 for end in range(2):
                     s = lower if end == 0 else upper
@@ -202,7 +222,7 @@ def write_edges(contacts, target, n, depth, on_a, on_b, radius_a, radius_b, marg
                         middle = vec.add_scaled(vec.scale(vec.add(p, q), half), n, half * (radius_a - radius_b))
                         write_point(contacts, target, middle, point_depth, feature + (SIDE if end == 1 else 0))
                         deepest = max(deepest, point_depth)
-                if deepest >= depth - half * margin:
+                if deepest >= depth - real(2 * FACE_PREFERENCE) * margin:
                     return
                 contacts.count[target[0]] = 0
     middle = vec.add_scaled(vec.scale(vec.add(on_a, on_b), half), n, half * (radius_a - radius_b))
@@ -220,61 +240,60 @@ def write_contact(shapes, contacts, target, pair, n, distance, on_a, on_b, bias,
         scratch: from :func:`clip_scratch`.
     """
     row_a, row_b, rotation_a, rotation_b, d = pair
-    points, ids, polygons, polygon_ids = scratch
-    zero = type(distance)(0)
+    points, ids, placed, placed_ids, polygon, polygon_ids = scratch
+    real = type(distance)
+    half = real(0.5)
     radius_a, radius_b = rounding(shapes, row_a), rounding(shapes, row_b)
-    count_a = supporting_feature(shapes, row_a, mat.transpose_mul_vec(rotation_a, n), points[0], ids[0])
-    count_b = supporting_feature(shapes, row_b, mat.transpose_mul_vec(rotation_b, vec.neg(n)), points[1], ids[1])
-    _turn(points[0], count_a, rotation_a, (zero, zero, zero))
-    _turn(points[1], count_b, rotation_b, d)
+    count_a = supporting_feature(shapes, row_a, mat.transpose_mul_vec(rotation_a, n), points, ids)
+    _place_feature(points, ids, count_a, rotation_a, (real(0), real(0), real(0)), placed, placed_ids, 0)
+    count_b = supporting_feature(shapes, row_b, mat.transpose_mul_vec(rotation_b, vec.neg(n)), points, ids)
+    _place_feature(points, ids, count_b, rotation_b, d, placed, placed_ids, count_a)
 
-    # A face stands in for n if it parts the shapes as well; the first shape's face goes before the second's, the flatter way round.
+    # A face stands in for n if it parts the shapes as well; the first shape's face goes before the second's.
     face = -1
     face_normal = n
     for side in range(2):
         count = count_a if side == 0 else count_b
         if face < 0 and count >= 3:
-            outward = _outward(points[side], count)
-            candidate = outward if side == 0 else vec.neg(outward)
-            if vec.dot(candidate, n) > type(zero)(FACING):
+            candidate = _outward(placed, side * count_a, count)
+            if side == 1:
+                candidate = vec.neg(candidate)
+            if vec.dot(candidate, n) > real(FACING):
                 w, _ = difference_support(shapes, pair, candidate)
                 if -vec.dot(w, candidate) >= distance - bias:
                     face = side
                     face_normal = candidate
     depth = radius_a + radius_b - distance
-    if face >= 0:
-        write_normal(contacts, target, face_normal)
-        other = 1 - face
-        face_count, other_count = (count_a, count_b) if face == 0 else (count_b, count_a)
-        now, count = clip_to_face(
-            points[face],
-            ids[face],
-            face_count,
-            face_normal if face == 0 else vec.neg(face_normal),
-            points[other],
-            ids[other],
-            other_count,
-            bias,
-            polygons,
-            polygon_ids,
-        )
-        deepest = _write_face_points(
+    write_normal(contacts, target, face_normal)
+    if face < 0:
+        write_edges(
             contacts,
             target,
-            face_normal,
-            vec.load(points[face], 0),
-            face == 1,
+            n,
+            depth,
+            on_a,
+            on_b,
             radius_a,
             radius_b,
             margin,
-            polygons[now],
-            polygon_ids[now],
-            count,
+            placed,
+            placed_ids,
+            count_a,
+            count_a,
+            count_b,
         )
-        # The deepest point may be missing where a round rim is clipped as an octagon.
-        if deepest < depth - bias - bias:
-            middle = vec.add_scaled(vec.scale(vec.add(on_a, on_b), type(zero)(0.5)), n, type(zero)(0.5) * (radius_a - radius_b))
-            write_point(contacts, target, middle, depth, NO_FACE | (SIDE << 14))
         return
-    write_normal(contacts, target, n)
-    write_edges(contacts, target, n, depth, on_a, on_b, radius_a, radius_b, margin, points, ids, count_a, count_b)
+    second = face == 1
+    begin, count, other, other_count = (count_a, count_b, 0, count_a) if second else (0, count_a, count_a, count_b)
+    outward = vec.neg(face_normal) if second else face_normal
+    first, left = _clip_to_face(
+        placed, placed_ids, begin, count, outward, other, other_count, bias, polygon, polygon_ids
+    )
+    level = vec.dot(vec.load(placed, begin), face_normal)
+    deepest = _write_face_points(
+        contacts, target, face_normal, level, second, radius_a, radius_b, margin, polygon, polygon_ids, first, left
+    )
+    # The deepest point may be missing where a round rim is clipped as an octagon.
+    if deepest < depth - bias - bias:
+        middle = vec.add_scaled(vec.scale(vec.add(on_a, on_b), half), n, half * (radius_a - radius_b))
+        write_point(contacts, target, middle, depth, NO_FACE | (SIDE << 14))

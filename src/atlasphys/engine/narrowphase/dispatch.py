@@ -1,7 +1,7 @@
 """Which routine works out which pair, and the stage's entry point.
 
-Pairs are sorted by the kinds of their two shapes, and each kind of pair present is given to its kernel in one call. So only the
-kernels that a scene needs are ever compiled.
+Pairs are sorted by the kinds of their two shapes, and each kind of pair present is given to its kernel in one call.
+So only the kernels that a scene needs are ever compiled.
 """
 
 from __future__ import annotations
@@ -47,6 +47,8 @@ KINDS = 7
 CONVEX = (SPHERE, CAPSULE, BOX, CYLINDER, CONE, HULL)
 METHODS = ("auto", "gjk_epa", "sat")
 
+generic: PairKernel = convex_convex
+
 PAIR_KERNELS: dict[tuple[int, int], PairKernel] = {
     **dict.fromkeys(combinations_with_replacement(CONVEX, 2), convex_convex),
     **{(kind, PLANE): plane_convex for kind in CONVEX},
@@ -66,25 +68,26 @@ METHOD_KERNELS: dict[str, dict[tuple[int, int], PairKernel]] = {
     "gjk_epa": PAIR_KERNELS | dict.fromkeys(combinations_with_replacement(CONVEX, 2), convex_convex),
     "sat": PAIR_KERNELS,
 }
-"""The routine for each kind of pair by method. The separating axis test serves polyhedra only, and there "auto" takes it too."""
+"""The routine for each kind of pair by method. The separating axis test serves polyhedra only, and there "auto" takes
+it too."""
 
 MOST_EDGE_PAIRS = 600
-"""Above this product of numbers of edges, "auto" gives two polyhedra to GJK and EPA: the separating axis test takes time in
-proportion to it. Smaller or larger: slower, nothing else."""
+"""Above this product of numbers of edges, "auto" gives two polyhedra to GJK and EPA: the separating axis test takes
+time in proportion to it. Smaller or larger: slower, nothing else."""
 
 
 def kind_pairs(colliders: Colliders, shapes: Shapes, pairs: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """``KINDS * lower + higher`` of the kinds of each pair's shapes."""
     kinds = shapes.layout[colliders.shape[pairs], KIND]
-    lower: npt.NDArray[np.int32] = KINDS * kinds.min(axis=1) + kinds.max(axis=1)
-    return lower
+    codes: npt.NDArray[np.int32] = KINDS * kinds.min(axis=1) + kinds.max(axis=1)
+    return codes
 
 
 def slots(colliders: Colliders, shapes: Shapes, pairs: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """The most points that each pair can have.
 
-    Clipping a feature of m corners by one of k leaves at most m + k, and one more is kept for the deepest point. On a plane a
-    polyhedron may rest on all its vertices, a capsule on two points, a disc on its rim and its lowest point.
+    Clipping a feature of m corners by one of k leaves at most m + k, and one more is kept for the deepest point. On a
+    plane a polyhedron may rest on all its vertices, a capsule on two points, a disc on its rim and its lowest point.
     """
     rows = colliders.shape[pairs]
     layout = shapes.layout[rows]
@@ -111,8 +114,8 @@ def collide(
         colliders: body and shape of each collider.
         shapes: the table of shapes.
         pairs: (P, 2) rows of colliders, the lower first; no pair of planes.
-        method: "auto": the fastest right routine for each pair; "gjk_epa": GJK, EPA and clipping for all convex pairs; "sat": the
-            separating axis test for all polyhedra, else as "auto".
+        method: "auto": the fastest right routine for each pair; "gjk_epa": GJK, EPA and clipping for all convex
+            pairs; "sat": the separating axis test for all polyhedra, else as "auto".
         margin: gap under which a pair gives points, with negative depth [m].
         contacts: buffers to fill; larger ones are made where they are too small.
 
@@ -140,7 +143,7 @@ def collide(
             edges = shapes.layout[colliders.shape[pairs[rows]], EDGE_COUNT].astype(np.int64).prod(axis=1)
             few = edges <= MOST_EDGE_PAIRS
             if not few.all():
-                convex_convex(rows[~few], bodies, colliders, shapes, margin, contacts)
+                generic(rows[~few], bodies, colliders, shapes, margin, contacts)
                 rows = rows[few]
         if len(rows):
             kernel(rows, bodies, colliders, shapes, margin, contacts)

@@ -1,12 +1,13 @@
 """The expanding polytope algorithm: least depth of two overlapping convex cores.
 
-G. van den Bergen, "Proximity Queries and Penetration Depth Computation on 3D Game Objects", Game Developers Conference, 2001;
-*Collision Detection in Interactive 3D Environments*, Morgan Kaufmann, 2003, section 4.3.8.
+G. van den Bergen, "Proximity Queries and Penetration Depth Computation on 3D Game Objects", Game Developers
+Conference, 2001; *Collision Detection in Interactive 3D Environments*, Morgan Kaufmann, 2003, section 4.3.8.
 
-A polytope inside A − B that holds the origin grows towards the boundary where the boundary is nearest: its closest face is asked for
-the support point along its normal n, and the faces which that point sees give way to a fan over their horizon. The closest face's
-distance bounds the depth from below; the support h(n) = max over A − B of n · x bounds it from above, since moving b by h(n) along n
-parts the shapes. The normal returned is the one with the least h(n) ever probed: a valid way out however the search ended.
+A polytope inside A − B that holds the origin grows towards the boundary where the boundary is nearest: its closest
+face is asked for the support point along its normal n, and the faces which that point sees give way to a fan over
+their horizon. The closest face's distance bounds the depth from below; the support h(n) = max over A − B of n · x
+bounds it from above, since moving b by h(n) along n parts the shapes. The normal returned is the one with the least
+h(n) ever probed: a valid way out however the search ended.
 """
 
 import math
@@ -18,12 +19,12 @@ from atlasphys.engine.math import vec
 from atlasphys.engine.narrowphase.gjk import ON_A, difference_support, precision
 
 MAX_VERTICES = 64
-"""Polyhedra need about 10, most curved cores 20 to 40. Smaller: some of those are left with a deeper normal than the least.
-Where a whole circle of normals is equally good (coaxial round shapes), no number would do; see FINAL_STEPS."""
+"""Polyhedra need about 10, most curved cores 20 to 40. Smaller: some of those are left with a deeper normal than the
+least. Where a whole circle of normals is equally good (coaxial round shapes), no number would do; see FINAL_STEPS."""
 
 FINAL_STEPS = 20
-"""Of these vertices the last are all spent on one place: only the newest faces are grown. Smaller: a place that is not the flattest bit
-of the boundary around it is returned. Larger: fewer are left to find the best place."""
+"""Of these vertices the last are all spent on one place: only the newest faces are grown. Smaller: a place that is
+not the flattest bit of the boundary around it is returned. Larger: fewer are left to find the best place."""
 
 MAX_FACES = 2 * MAX_VERTICES
 
@@ -52,7 +53,8 @@ def _add_vertex(vertices, i, w, on_a):
 def _set_face(vertices, planes, corners, f, i, j, k, noise):
     """Face f with corners i, j, k, counter-clockwise as seen from outside.
 
-    One narrower than the ``noise`` of its corners has no normal: it stays to keep the surface closed, and is never looked at.
+    One narrower than the ``noise`` of its corners has no normal: it stays to keep the surface closed, and is never
+    looked at.
     """
     a, b, c = vec.load(vertices, i), vec.load(vertices, j), vec.load(vertices, k)
     ab, ac, bc = vec.sub(b, a), vec.sub(c, a), vec.sub(c, b)
@@ -93,7 +95,8 @@ def _span_direction(vertices, count, trial):
 def _span(shapes, pair, vertices, count, tolerance):
     """Add support points until there are four that span a volume.
 
-    Returns the number of vertices, and a unit vector at right angles to all of A − B when that is flat (fewer than four).
+    Returns the number of vertices, and a unit vector at right angles to all of A − B when that is flat (fewer than
+    four).
     """
     best = tolerance
     trial = 0
@@ -167,15 +170,14 @@ def epa(shapes, pair, simplex, count, hint, polytope):
 
     Args:
         simplex: from :func:`gjk`: ``count`` points of A − B whose hull holds the origin.
-        hint: a direction from a towards b, any length: the normal where every direction is equally good (concentric points).
-        polytope: scratch from :func:`polytope_scratch`.
+        hint: a direction from a towards b, any length: the normal where every direction is equally good (concentric
+        points). polytope: scratch from :func:`polytope_scratch`.
 
     Returns:
         ``normal, depth, on_a``: the unit normal from a to b, the cores' overlap along it, and the deepest point of a.
     """
     vertices, planes, corners, edges = polytope
     zero = simplex.dtype.type(0)
-    one = type(zero)(1)
     eps = precision(zero)
     size = zero
     on_a = (zero, zero, zero)
@@ -183,7 +185,9 @@ def epa(shapes, pair, simplex, count, hint, polytope):
         for k in range(6):
             vertices[i, k] = simplex[i, k]
         size = max(size, vec.length(vec.load(vertices, i)))
-        on_a = vec.add_scaled(on_a, (simplex[i, ON_A], simplex[i, ON_A + 1], simplex[i, ON_A + 2]), simplex[i, ON_A + 3])
+        on_a = vec.add_scaled(
+            on_a, (simplex[i, ON_A], simplex[i, ON_A + 1], simplex[i, ON_A + 2]), simplex[i, ON_A + 3]
+        )
     if count == 4:
         # A simplex that has lost its volume to round-off is spanned anew from three of its points.
         a, b, c = vec.load(vertices, 0), vec.load(vertices, 1), vec.load(vertices, 2)
@@ -202,6 +206,8 @@ def epa(shapes, pair, simplex, count, hint, polytope):
     a, b, c = vec.load(vertices, 0), vec.load(vertices, 1), vec.load(vertices, 2)
     volume = vec.dot(vec.cross(vec.sub(b, a), vec.sub(c, a)), vec.sub(vec.load(vertices, 3), a))
     p, q = (1, 2) if volume < 0 else (2, 1)
+    for i in range(4):
+        size = max(size, vec.length(vec.load(vertices, i)))
     noise = type(zero)(4) * eps * size
     _set_face(vertices, planes, corners, 0, 0, p, q, noise)
     _set_face(vertices, planes, corners, 1, 0, q, 3, noise)
@@ -249,7 +255,8 @@ def _on_a(vertices, corners, f, n, distance):
     """The point of A from which the point of face f closest to the origin came, by that point's barycentric weights."""
     i, j, k = corners[f, 0], corners[f, 1], corners[f, 2]
     foot = vec.scale(n, distance)
-    a, b, c = vec.sub(vec.load(vertices, i), foot), vec.sub(vec.load(vertices, j), foot), vec.sub(vec.load(vertices, k), foot)
+    a, b = vec.sub(vec.load(vertices, i), foot), vec.sub(vec.load(vertices, j), foot)
+    c = vec.sub(vec.load(vertices, k), foot)
     wa, wb, wc = vec.dot(n, vec.cross(b, c)), vec.dot(n, vec.cross(c, a)), vec.dot(n, vec.cross(a, b))
     zero = type(distance)(0)
     wa, wb, wc = max(wa, zero), max(wb, zero), max(wc, zero)

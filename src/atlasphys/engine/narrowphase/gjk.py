@@ -2,15 +2,16 @@
 
 E. G. Gilbert, D. W. Johnson, S. S. Keerthi, "A fast procedure for computing the distance between complex objects in
 three-dimensional space", IEEE J. Robotics and Automation 4(2), 1988. Stopping by the relative duality gap:
-G. van den Bergen, "A Fast and Robust GJK Implementation for Collision Detection of Convex Objects", J. Graphics Tools 4(2), 1999.
-Closest point of a simplex by signed volumes: M. Montanari, N. Petrinic, E. Barbieri, "Improving the GJK Algorithm for Faster and
-More Reliable Distance Queries Between Convex Objects", ACM Trans. Graphics 36(3), 2017.
+G. van den Bergen, "A Fast and Robust GJK Implementation for Collision Detection of Convex Objects", J. Graphics Tools
+4(2), 1999. Closest point of a simplex by signed volumes: M. Montanari, N. Petrinic, E. Barbieri, "Improving the GJK
+Algorithm for Faster and More Reliable Distance Queries Between Convex Objects", ACM Trans. Graphics 36(3), 2017.
 
-A and B touch exactly where their difference A − B = {a − b} contains the origin. GJK walks through A − B with a simplex of one to
-four of its points, always the closest to the origin found so far, and asks for the point of A − B farthest against it.
+A and B touch exactly where their difference A − B = {a − b} contains the origin. GJK walks through A − B with a
+simplex of one to four of its points, always the closest to the origin found so far, and asks for the point of A − B
+farthest against it.
 
-Two shapes are placed by ``pair = (row_a, row_b, rotation_a, rotation_b, d)``: rows in the table of shapes, rotation matrices, and the
-vector from a's origin to b's. All vectors are along the world's axes with a's origin at zero.
+Two shapes are placed by ``pair = (row_a, row_b, rotation_a, rotation_b, d)``: rows in the table of shapes, rotation
+matrices, and the vector from a's origin to b's. All vectors are along the world's axes with a's origin at zero.
 """
 
 import math
@@ -20,13 +21,16 @@ from atlasphys.engine.math import mat, vec
 from atlasphys.engine.shapes.support import support
 
 SEPARATED, TOUCHING, OVERLAPPING = 0, 1, 2
-"""The cores are apart; they are apart or overlap by no more than round-off can tell; the origin lies inside a tetrahedron."""
+"""The cores are apart; they are apart or overlap by no more than round-off can tell; the origin lies inside a
+tetrahedron."""
 
 MAX_ITERATIONS = 64
-"""Polyhedra need about 5, curved cores in double precision up to 40. Smaller: curved cores in a glancing pose are left inexact."""
+"""Polyhedra need about 5, curved cores in double precision up to 40. Smaller: curved cores in a glancing pose are
+left inexact."""
 
 W, ON_A, WEIGHT = 0, 3, 6
-"""Columns of the simplex, an array (4, 7): a point of A − B, the point of A that it came from, its barycentric weight."""
+"""Columns of the simplex, an array (4, 7): a point of A − B, the point of A that it came from, its barycentric
+weight."""
 
 
 @routine
@@ -139,7 +143,8 @@ def _set_weights(simplex, count):
     total = va + vb + vc + vd
     size = abs(va) + abs(vb) + abs(vc) + abs(vd)
     inside = (va > 0 and vb > 0 and vc > 0 and vd > 0) or (va < 0 and vb < 0 and vc < 0 and vd < 0)
-    scale = math.sqrt(vec.length_squared(vec.sub(a, d)) * vec.length_squared(vec.sub(b, d)) * vec.length_squared(vec.sub(c, d)))
+    da, db, dc = vec.sub(a, d), vec.sub(b, d), vec.sub(c, d)
+    scale = math.sqrt(vec.length_squared(da) * vec.length_squared(db) * vec.length_squared(dc))
     if inside and size > type(zero)(4) * precision(zero) * scale:
         simplex[0, WEIGHT], simplex[1, WEIGHT] = va / total, vb / total
         simplex[2, WEIGHT], simplex[3, WEIGHT] = vc / total, vd / total
@@ -162,29 +167,30 @@ def _compact(simplex, count):
 
 @routine
 def _holds(simplex, count, w):
+    held = False
     for i in range(count):
-        if simplex[i, 0] == w[0] and simplex[i, 1] == w[1] and simplex[i, 2] == w[2]:
-            return True
-    return False
+        held |= simplex[i, 0] == w[0] and simplex[i, 1] == w[1] and simplex[i, 2] == w[2]
+    return held
 
 
 @routine
 def _squared_up(simplex, count, v):
     """v made exactly square to the simplex on which it was found.
 
-    As a weighted sum v is as wrong as its points are: for a small gap, that is a large angle. The simplex's own directions are exact.
+    As a weighted sum v is as wrong as its points are: for a small gap, that is a large angle. The simplex's own directions
+    are wrong by the same, so they are better known than v as long as the simplex is wider than v is long.
     """
-    if count == 2:
-        t = vec.sub(_row(simplex, 1), _row(simplex, 0))
+    a = _row(simplex, 0)
+    t = vec.sub(_row(simplex, 1), a)
+    if count == 2 and vec.length_squared(t) > vec.length_squared(v):
         return vec.add_scaled(v, t, -vec.dot(v, t) / vec.length_squared(t))
     if count == 3:
-        a = _row(simplex, 0)
-        n = vec.cross(vec.sub(_row(simplex, 1), a), vec.sub(_row(simplex, 2), a))
+        u = vec.sub(_row(simplex, 2), a)
+        n = vec.cross(t, u)
         squared = vec.length_squared(n)
-        along = vec.dot(n, a)
-        # A sliver's normal is worse than v.
-        if along * along > type(along)(0.9) * squared * vec.length_squared(v):
-            return vec.scale(n, along / squared)
+        longest = max(vec.length_squared(t), vec.length_squared(u), vec.length_squared(vec.sub(u, t)))
+        if squared > longest * vec.length_squared(v):
+            return vec.scale(n, vec.dot(n, a) / squared)
     return v
 
 
@@ -198,8 +204,8 @@ def gjk(shapes, pair, start, limit, simplex):
         simplex: scratch (4, 7); on return its first ``count`` rows hold the closest simplex with its weights.
 
     Returns:
-        ``status, v, on_a, count``: v is the point of A − B closest to the origin, so the distance is |v|, the normal from a to b is
-        −v / |v|, and the closest points are ``on_a`` and ``on_a − v``.
+        ``status, v, on_a, count``: v is the point of A − B closest to the origin, so the distance is |v|, the normal
+        from a to b is −v / |v|, and the closest points are ``on_a`` and ``on_a − v``.
     """
     zero = simplex.dtype.type(0)
     eps = precision(zero)

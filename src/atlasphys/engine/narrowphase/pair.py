@@ -1,10 +1,11 @@
 """What all pair routines share: where the two shapes are, and how contact points are written down.
 
-Positions are double. A pair is worked on in a frame along the world's axes whose origin is that of its first shape, so single
-precision is as good a kilometre from the world's origin as it is there.
+Positions are double. A pair is worked on in a frame along the world's axes whose origin is that of its first shape,
+so single precision is as good a kilometre from the world's origin as it is there.
 
-A pair of collider rows (a, b) has a below b; a routine for, say, sphere and box wants the sphere first. :func:`place` gives the two
-in the order of their kinds and remembers whether that swapped them; :func:`write_normal` and :func:`write_point` swap back.
+A pair of collider rows (a, b) has a below b; a routine for, say, sphere and box wants the sphere first. :func:`place`
+gives the two in the order of their kinds and remembers whether that swapped them; :func:`write_normal` and
+:func:`write_point` swap back.
 """
 
 from atlasphys.engine.jit import routine
@@ -17,8 +18,9 @@ def place(bodies, colliders, shapes, contacts, p):
     """The two shapes of pair p, in the order of their kinds.
 
     Returns:
-        pair: ``row_a, row_b, rotation_a, rotation_b, d``: rows of the shapes, rotation matrices, vector between the origins.
-        target: ``p, swapped, center_a, center_b``: where to write, and the two centres of mass as seen from a's origin.
+        pair: ``row_a, row_b, rotation_a, rotation_b, d``: rows of the shapes, rotation matrices, vector between the
+        origins. target: ``p, swapped, center_a, center_b``: where to write, and the two centres of mass as seen from
+        a's origin.
     """
     real = contacts.depth.dtype.type
     a, b = contacts.a[p], contacts.b[p]

@@ -1,13 +1,13 @@
 """The separating axis test for polyhedra: the normal along which two polyhedra are farthest apart, or overlap least.
 
-Two polyhedra are apart exactly where they are apart along a face normal of one or along a cross product of an edge of each:
-S. Gottschalk, M. C. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996, for boxes. For others only those pairs of edges count whose arcs cross on
-the Gauss map (the unit sphere of normals, on which an edge is the arc between its two faces' normals), for the others do not bound
-the difference A − B.
+Two polyhedra are apart exactly where they are apart along a face normal of one or along a cross product of an edge of
+each: S. Gottschalk, M. C. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996, for boxes. For others only those pairs of edges
+count whose arcs cross on the Gauss map (the unit sphere of normals, on which an edge is the arc between its two
+faces' normals), for the others do not bound the difference A − B.
 
-A face normal is preferred to an edge axis that is better by less than ``bias``, and the first shape's faces to the second's: so the
-features in contact do not change with every bit of round-off. Where the two are apart corner to corner, the best axis gives
-less than the true distance.
+A face normal is preferred to an edge axis that is better by less than ``bias``, and the first shape's faces to the
+second's: so the features in contact do not change with every bit of round-off. Where the two are apart corner to
+corner, the best axis gives less than the true distance.
 """
 
 import math
@@ -21,7 +21,8 @@ from atlasphys.engine.shapes.support import support
 from atlasphys.engine.shapes.table import EDGE_COUNT, FACE_COUNT, FIRST_EDGE, FIRST_FACE, FIRST_VERTEX, VERTEX_COUNT
 
 PARALLEL_SQUARED = 1e-6
-"""Squared sine under which two edges count as parallel. Their axis would be round-off, and faces or other edges bound the overlap."""
+"""Squared sine under which two edges count as parallel. Their axis would be round-off, and faces or other edges bound
+the overlap."""
 
 
 @routine
@@ -91,7 +92,12 @@ def box_axes(shapes, pair, limit, bias, r):
         p = vec.add_scaled(p, axis_a, -half_a - vec.dot(p, axis_a))
         q = vec.add_scaled(q, axis_b, -half_b - vec.dot(vec.sub(q, d), axis_b))
         s, t = closest_of_segments(p, vec.scale(axis_a, half_a + half_a), q, vec.scale(axis_b, half_b + half_b))
-        return n, best, vec.add_scaled(p, axis_a, s * (half_a + half_a)), vec.add_scaled(q, axis_b, t * (half_b + half_b))
+        return (
+            n,
+            best,
+            vec.add_scaled(p, axis_a, s * (half_a + half_a)),
+            vec.add_scaled(q, axis_b, t * (half_b + half_b)),
+        )
     if best_i >= 0:
         n = _column(rotation_a, best_i)
         n = vec.neg(n) if r[4, best_i] < zero else n
@@ -177,8 +183,8 @@ def polyhedra_axes(shapes, pair, limit, bias, scratch):
             left_a = vec.load(normals[0], edges[i, 2] - layout[row_a, FIRST_FACE])
             right_a = vec.load(normals[0], edges[i, 3] - layout[row_a, FIRST_FACE])
             for j in range(first_b, first_b + layout[row_b, EDGE_COUNT]):
-                # On the Gauss map of A − B, b's arc is mirrored. The arcs cross if each one's ends lie on both sides of the other,
-                # and on the same half of the sphere.
+                # On the Gauss map of A − B, b's arc is mirrored. The arcs cross if each one's ends lie on both sides
+                # of the other, and on the same half of the sphere.
                 left_b = vec.load(normals[1], edges[j, 2] - layout[row_b, FIRST_FACE])
                 right_b = vec.load(normals[1], edges[j, 3] - layout[row_b, FIRST_FACE])
                 lb, rb = vec.dot(left_b, u), vec.dot(right_b, u)

@@ -1,7 +1,8 @@
 """Closest points of two segments.
 
-C. Ericson, *Real-Time Collision Detection*, Morgan Kaufmann, 2004, section 5.1.9. There the lines' closest points are clamped one after
-the other, which in single precision goes wrong for nearly parallel lines; here each end is tried too, and the nearest pair taken.
+C. Ericson, *Real-Time Collision Detection*, Morgan Kaufmann, 2004, section 5.1.9. There the lines' closest points are
+clamped one after the other, which in single precision goes wrong for nearly parallel lines; here each end is tried
+too, and the nearest pair taken.
 """
 
 from atlasphys.engine.jit import routine

@@ -111,7 +111,9 @@ def integrate_positions(bodies, count, h):
                     turn = mat.mul_vec(axes, vec.scale(middle, h))
                     turned = quat.matrix(quat.mul(quat.cayley(turn), to_world))
                     momentum = mat.transpose_mul_vec(turned, mat.mul_vec(axes, momentum))
-                    spin = mat.mul_vec(turned, (momentum[0] * inverse[0], momentum[1] * inverse[1], momentum[2] * inverse[2]))
+                    spin = mat.mul_vec(
+                        turned, (momentum[0] * inverse[0], momentum[1] * inverse[1], momentum[2] * inverse[2])
+                    )
                 else:
                     # The locks' own torque changes L, but does no work: take the free axes' Euler equation explicitly and
                     # put the energy back.

@@ -19,6 +19,7 @@ import numpy as np
 
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.math import mat, vec
+from atlasphys.engine.shapes.arguments import invalid, number
 from atlasphys.engine.solvers.common import (
     invert_2x2,
     load_inverse_mass,
@@ -46,6 +47,9 @@ class SequentialImpulse:
         correction: share of the overlap beyond the slop that is removed per sweep of the projection, or per step by Baumgarte's
             bias. Larger: faster, and less stable.
         warm_starting: start from the impulses of the last step. Without it, tall stacks sag and creep.
+
+    Raises:
+        InvalidArgumentError: a value is not of the right kind or out of range.
     """
 
     iterations: int = 10
@@ -53,6 +57,23 @@ class SequentialImpulse:
     position_iterations: int = 4
     correction: float = 0.2
     warm_starting: bool = True
+
+    def __post_init__(self) -> None:
+        for name, least in (("iterations", 1), ("position_iterations", 0)):
+            value = getattr(self, name)
+            if type(value) is not int or not least <= value <= MOST_ITERATIONS:
+                raise invalid(name, f"an integer from {least} to {MOST_ITERATIONS}", value)
+        chosen = self.position_correction
+        if not isinstance(chosen, str) or chosen not in ("projection", "baumgarte"):
+            raise invalid("position_correction", "'projection' or 'baumgarte'", chosen)
+        if not 0 <= number("correction", self.correction) <= 1:
+            raise invalid("correction", "a number from 0 to 1", self.correction)
+        if type(self.warm_starting) is not bool:
+            raise invalid("warm_starting", "True or False", self.warm_starting)
+
+
+MOST_ITERATIONS = 10_000
+"""Limit of the settings that are numbers of sweeps."""
 
 
 INNER_SWEEPS = 3
@@ -122,7 +143,14 @@ def prepare(motion, inverse_mass, pairs, manifolds, count, frames, points, block
             points[p, FRICTION_1], points[p, FRICTION_2] = vec.dot(friction, t1), vec.dot(friction, t2)
         frames[i, ROLLING_1] = frames[i, ROLLING_2] = zero
         if manifolds.material[i, 2] > 0 or manifolds.material[i, 3] > 0:
-            total = (i_a[0] + i_b[0], i_a[1] + i_b[1], i_a[2] + i_b[2], i_a[3] + i_b[3], i_a[4] + i_b[4], i_a[5] + i_b[5])
+            total = (
+                i_a[0] + i_b[0],
+                i_a[1] + i_b[1],
+                i_a[2] + i_b[2],
+                i_a[3] + i_b[3],
+                i_a[4] + i_b[4],
+                i_a[5] + i_b[5],
+            )
             s1, s2 = mat.sym_mul_vec(total, t1), mat.sym_mul_vec(total, t2)
             inverse = invert_2x2(vec.dot(t1, s1), vec.dot(t1, s2), vec.dot(t2, s2))
             frames[i, 6], frames[i, 7], frames[i, 8], frames[i, 9] = inverse
@@ -146,9 +174,9 @@ def bounce_speed(restitution, approach, acceleration, gap, h):
     """Speed of separation after an impact that happens within this step; negative if the bounce is too weak to be resolved.
 
     ``approach`` is the speed of approach at the start of the step, ``acceleration`` that at which it grows. Semi-implicit Euler in a
-    uniform field keeps E = ½ v² + g y − ½ g h v, not ½ v² + g y. Impact speed S at gap 0 and speed u after the bounce at the present
-    gap follow from that quantity, so that apexes fall by e² a bounce, with an error of second order in h instead of first:
-    S² = s² + g h s + 2 g gap and ½ u² − ½ g h u + g gap = ½ e² S².
+    uniform field keeps E = ½ v² + g y − ½ g h v, not ½ v² + g y. Impact speed S at gap 0 follows from it, S² = s² + g h s + 2 g gap; and so
+    does the speed u with which the step, begun at the present gap, must end at gap + h u: ½ u² + ½ g h u + g gap = ½ e² S². Apexes
+    then fall by e² a bounce, with an error of second order in h instead of first.
     """
     real = type(h)
     half_gain = real(0.5) * acceleration * h
@@ -159,7 +187,7 @@ def bounce_speed(restitution, approach, acceleration, gap, h):
     bounce = restitution * restitution * impact
     if bounce <= real(4) * half_gain * half_gain and acceleration != 0:
         return real(-1)
-    return half_gain + math.sqrt(max(bounce + half_gain * half_gain - real(2) * acceleration * gap, real(0)))
+    return math.sqrt(max(bounce + half_gain * half_gain - real(2) * acceleration * gap, real(0))) - half_gain
 
 
 @routine
@@ -211,9 +239,7 @@ def warm_start(motion, inverse_mass, pairs, manifolds, count, frames, points):
         for k in range(manifolds.count[i]):
             p = 4 * i + k
             r_a, r_b = vec.load_at(manifolds.anchor_a, i, k), vec.load_at(manifolds.anchor_b, i, k)
-            impulse = combined(
-                n, manifolds.normal_impulse[i, k], t1, points[p, FRICTION_1], t2, points[p, FRICTION_2]
-            )
+            impulse = combined(n, manifolds.normal_impulse[i, k], t1, points[p, FRICTION_1], t2, points[p, FRICTION_2])
             v_a, w_a, v_b, w_b = push(v_a, w_a, m_a, i_a, r_a, v_b, w_b, m_b, i_b, r_b, impulse)
         impulse = combined(n, manifolds.torsional_impulse[i], t1, frames[i, ROLLING_1], t2, frames[i, ROLLING_2])
         w_a, w_b = vec.sub(w_a, mat.sym_mul_vec(i_a, impulse)), vec.add(w_b, mat.sym_mul_vec(i_b, impulse))

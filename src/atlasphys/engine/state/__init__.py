@@ -1,0 +1,1 @@
+"""The tables that hold everything a world remembers, as NamedTuples of arrays."""

@@ -1,17 +1,17 @@
 """Allocation of state arrays: 64-byte aligned rows, whose number grows by doubling."""
 
-from typing import NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-Rows = TypeVar("Rows", bound=NamedTuple)
+Rows = TypeVar("Rows", bound=tuple[npt.NDArray[Any], ...])
 
 CACHE_LINE = 64
 """Bytes. A row that straddles two cache lines costs two loads, and two threads may contend for the shared line."""
 
 
-def aligned_zeros(shape: tuple[int, ...], dtype: npt.DTypeLike) -> npt.NDArray[np.generic]:
+def aligned_zeros(shape: tuple[int, ...], dtype: npt.DTypeLike) -> npt.NDArray[Any]:
     """Zeros whose first element lies on a cache line."""
     dtype = np.dtype(dtype)
     size = int(np.prod(shape)) * dtype.itemsize
@@ -20,7 +20,7 @@ def aligned_zeros(shape: tuple[int, ...], dtype: npt.DTypeLike) -> npt.NDArray[n
     return buffer[start : start + size].view(dtype).reshape(shape)
 
 
-def aligned_copy(array: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
+def aligned_copy(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """A copy of ``array`` that lies on a cache line."""
     result = aligned_zeros(array.shape, array.dtype)
     result[...] = array

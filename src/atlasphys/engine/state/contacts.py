@@ -21,7 +21,7 @@ class Contacts(NamedTuple):
     """(P,) collider row of the pair's higher row."""
     first: npt.NDArray[np.int32]
     """(P + 1,) where each pair's slots begin."""
-    count: npt.NDArray[np.int32]
+    count: npt.NDArray[np.int32]  # type: ignore[assignment]  # hides tuple.count
     """(P,) points found."""
     normal: npt.NDArray[np.floating]
     """(P, 3) unit normal in world axes."""

@@ -18,7 +18,7 @@ class Manifolds(NamedTuple):
     """(m,) collider row of the pair's lower row."""
     b: npt.NDArray[np.int32]
     """(m,) collider row of the pair's higher row."""
-    count: npt.NDArray[np.int32]
+    count: npt.NDArray[np.int32]  # type: ignore[assignment]  # hides tuple.count
     """(m,) points in use, 1 to 4."""
     touching: npt.NDArray[np.bool_]
     """(m,) whether the pair has touched (overlapped or pushed) since the manifold began."""

@@ -2,7 +2,7 @@
 
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.math import mat, quat, vec
-from atlasphys.engine.state.bodies import DYNAMIC
+from atlasphys.engine.state.bodies import DYNAMIC, Bodies
 
 ROTATION_LOCKS = 0b111000
 """Bits of ``Bodies.locks`` that forbid rotation."""
@@ -36,7 +36,7 @@ def free_inverse_inertia(inertia, locks):
 
 
 @kernel
-def refresh(bodies, first, last):
+def refresh(bodies: Bodies, first: int, last: int) -> None:
     """Derive ``center``, ``geometry`` and ``inverse_mass`` of the rows first … last − 1 from their state and properties."""
     geometry, inverse_mass, mass = bodies.geometry, bodies.inverse_mass, bodies.mass
     for i in range(first, last):

@@ -139,28 +139,30 @@ class State:
             self.row_buffer = np.zeros(2 * row, np.int32)
             self.displacement = np.zeros((2 * row, 6), self.real)
             self.spin_change = np.zeros((2 * row, 3), self.real)
-        for table in (self.bodies, self.colliders):
-            for array in table:
-                array[row] = 0
+        for array in (*self.bodies, *self.colliders):
+            array[row] = 0
         self.count += 1
         return row
 
     def refreshed(self, row: int) -> None:
-        """Derive what follows from the row's new state or properties, and remember its state."""
+        """Derive what follows from a new row's state and properties, and remember its state."""
         refresh(self.bodies, row, row + 1)
         self._remember(slice(row, row + 1))
 
+    def take_over(self, column: str, row: int, part: slice) -> None:
+        """Remember a checked change of one column. What else was written into the row stays noticeable."""
+        getattr(self.remembered, column)[row, part] = getattr(self.bodies, column)[row, part]
+
     def remove(self, row: int) -> None:
         """Remove a body, its collider and its manifolds, and close the gap."""
-        for table in (self.bodies, self.colliders, self.remembered):
-            for array in table:
-                array[row : self.count - 1] = array[row + 1 : self.count]
+        for array in (*self.bodies, *self.colliders, *self.remembered):
+            array[row : self.count - 1] = array[row + 1 : self.count]
         self.count -= 1
         self.colliders.body[row : self.count] -= 1
         old, m = self.manifolds, self.manifold_count
         kept = np.flatnonzero((old.a[:m] != row) & (old.b[:m] != row))
-        for array in old:
-            array[: len(kept)] = array[kept]
+        for column in old:
+            column[: len(kept)] = column[kept]
         self.manifold_count = len(kept)
         for side in (old.a, old.b):
             side[: len(kept)] -= side[: len(kept)] > row
@@ -195,12 +197,16 @@ class State:
         self._remember(slice(0, self.count))
 
     def _remember(self, rows: slice) -> None:
-        for then, now in zip(self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True):
+        for then, now in zip(
+            self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True
+        ):
             then[rows] = now[rows]
 
     def roll_back(self) -> None:
         """Return to the remembered state. Manifolds need no copy: a step builds the next ones beside them."""
-        for then, now in zip(self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True):
+        for then, now in zip(
+            self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True
+        ):
             now[: self.count] = then[: self.count]
         refresh(self.bodies, 0, self.count)
 
@@ -240,7 +246,16 @@ class State:
         return other
 
     def __getstate__(self) -> dict[str, Any]:
-        buffers = ("row_buffer", "displacement", "spin_change", "pairs", "contacts", "next_manifolds", "touched_before", "manifold_ended")
+        buffers = (
+            "row_buffer",
+            "displacement",
+            "spin_change",
+            "pairs",
+            "contacts",
+            "next_manifolds",
+            "touched_before",
+            "manifold_ended",
+        )
         return {name: value for name, value in self.__dict__.items() if name not in buffers}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -258,7 +273,27 @@ class State:
         digest.update(np.array([self.time, self.last_h], np.float64).tobytes())
         n, m = self.count, self.manifold_count
         b, c = self.bodies, self.colliders
-        for array in (b.position, b.orientation, b.motion[:, :6], b.force, b.kind, b.mass, b.local_center, b.principal, b.response, b.locks):
+        # Shapes by what they are and where they are first used: their rows in the table depend on what was removed.
+        shapes, used = self.table.shapes, c.shape[:n].tolist()
+        order = {row: place for place, row in enumerate(dict.fromkeys(used))}
+        digest.update(np.array([order[row] for row in used], np.int32).tobytes())
+        for row in order:
+            shape = shapes[row]
+            digest.update(np.array([shape.kind, *shape.sizes]).tobytes())
+            for array in shape.polyhedron or ():
+                digest.update(array.tobytes())
+        for array in (
+            b.position,
+            b.orientation,
+            b.motion[:, :6],
+            b.force,
+            b.kind,
+            b.mass,
+            b.local_center,
+            b.principal,
+            b.response,
+            b.locks,
+        ):
             digest.update(np.ascontiguousarray(array[:n]).tobytes())
         for array in (c.body, c.material, c.group, c.mask):
             digest.update(array[:n].tobytes())

@@ -21,7 +21,9 @@ def card_house(
     s, c = sine(lean), cosine(lean)
     size = (THICKNESS, LENGTH, WIDTH)
     rise = LENGTH * c + THICKNESS * s  # of a leaning card
-    to_middle = 0.5 * (THICKNESS * c + LENGTH * s)  # from a leaning card's centre to where its upper edge meets the other's
+    to_middle = 0.5 * (
+        THICKNESS * c + LENGTH * s
+    )  # from a leaning card's centre to where its upper edge meets the other's
     period = 2 * (THICKNESS * c + LENGTH * s) + 0.02
     bodies: list[Body] = [ground(friction=friction)]
     for level in range(levels):
@@ -42,5 +44,7 @@ def card_house(
         for k in range(pairs - 1):
             x = period * (k - 0.5 * (pairs - 2))
             flat = (period - 0.005, THICKNESS, WIDTH)
-            bodies.append(box(flat, (x, floor + rise + 0.5 * THICKNESS, 0), friction=friction, name=f"level card {level}.{k}"))
+            bodies.append(
+                box(flat, (x, floor + rise + 0.5 * THICKNESS, 0), friction=friction, name=f"level card {level}.{k}")
+            )
     return Layout(bodies)

@@ -14,5 +14,9 @@ def demo(pairs: Annotated[int, Field(ge=1, le=500)] = 4) -> Layout:
     bodies: list[Body] = [ground()]
     for k in range(pairs):
         bodies.append(box((1, 1, 1), (0.25 * (k % 3), 1.0 + 2.5 * k, 0.0), name=f"cube {k}"))
-        bodies.append(sphere(0.5, (0.1, 2.25 + 2.5 * k, 0.2 * (k % 2)), restitution=0.3, name=f"sphere {k}"))
+        bodies.append(
+            sphere(
+                0.5, (0.1, 2.25 + 2.5 * k, 0.2 * (k % 2)), restitution=0.3, rolling_friction=0.02, name=f"sphere {k}"
+            )
+        )
     return Layout(bodies)

@@ -1,12 +1,14 @@
 """What the scenes of the library are put together from.
 
-A scene must be the same to the bit on every computer: no random numbers but ``random.Random(seed).random()``, and values of
-functions that the system's library rounds its own way (sine, cosine, tangent) are rounded to 12 digits.
+A scene must be the same to the bit on every computer: no random numbers but ``random.Random(seed).random()``, and
+values of functions that each system's library rounds its own way (sine, cosine) are rounded to 12 digits.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 Vector = tuple[float, float, float]
@@ -18,7 +20,7 @@ class Layout(NamedTuple):
     """What a scene of the library consists of."""
 
     bodies: list[Body]
-    world: dict[str, Any] = {}
+    world: Mapping[str, Any] = MappingProxyType({})
     """Arguments of the world."""
     seconds: float = 10.0
     """Time after which the scene has shown what it shows [s]."""

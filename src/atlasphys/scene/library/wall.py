@@ -32,5 +32,14 @@ def wall(
                 bodies.append(box((0.5 * LENGTH, HEIGHT, DEPTH), (x, y, 0), name=f"half brick {row} {side}"))
     if ball_speed > 0:
         middle = 0.5 * rows * HEIGHT
-        bodies.append(sphere(0.6, (0, max(middle, 0.6), 8), velocity=(0, 0, -ball_speed), density=5000, name="ball"))
+        bodies.append(
+            sphere(
+                0.6,
+                (0, max(middle, 0.6), 8),
+                velocity=(0, 0, -ball_speed),
+                density=5000,
+                rolling_friction=0.05,
+                name="ball",
+            )
+        )
     return Layout(bodies)

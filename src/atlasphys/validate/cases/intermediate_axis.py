@@ -33,7 +33,7 @@ def solution(times: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], f
     from scipy.special import ellipj, ellipk, ellipkinc
 
     axes = [0, 2, 1]  # from the least moment to the greatest
-    if (MOMENTS * SPIN) @ (MOMENTS * SPIN) < MOMENTS[2] * (MOMENTS @ np.square(SPIN)):
+    if MOMENTS[2] * (MOMENTS @ np.square(SPIN)) > (MOMENTS * SPIN) @ (MOMENTS * SPIN):
         axes.reverse()
     (i1, i2, i3), (w1, w2, w3) = MOMENTS[axes], np.array(SPIN)[axes]
     energy, momentum = i1 * w1**2 + i2 * w2**2 + i3 * w3**2, (i1 * w1) ** 2 + (i2 * w2) ** 2 + (i3 * w3) ** 2  # 2E, L²

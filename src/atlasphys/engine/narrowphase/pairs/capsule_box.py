@@ -1,12 +1,11 @@
 """A capsule and a box: the segment's nearest point to the box, or the least overlap of segment and box, then clipping.
 
-The squared distance of the point c + t u of the segment from the box is convex in t and quadratic between the values at which the point
-passes one of the six planes of the faces. Those that lie in the range halve it by the sign of the derivative, until it is linear.
+The squared distance of the point c + t u of the segment from the box is convex in t and quadratic between the values
+at which the point passes one of the six planes of the faces. Those that lie in the range halve it by the sign of the
+derivative, until it is linear.
 """
 
 import math
-
-import numpy as np
 
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.math import mat, vec
@@ -57,7 +56,8 @@ def _overlap(center, along, half, bias):
     """Least overlap of a segment with the box, by the separating axis test over three faces and three edges.
 
     Returns:
-        the unit normal out of the box, the distance along it (negative), and the point of the segment deepest in the box.
+        the unit normal out of the box, the distance along it (negative), and the point of the segment deepest in the
+        box.
     """
     real = type(center[0])
     zero, one = real(0), real(1)
@@ -100,7 +100,11 @@ def _overlap(center, along, half, bias):
                     half[1] if normal[1] > 0 else -half[1],
                     half[2] if normal[2] > 0 else -half[2],
                 )
-                start = vec.sub((corner[0] if k != 0 else zero, corner[1] if k != 1 else zero, corner[2] if k != 2 else zero), edge)
+                start = (
+                    corner[0] if k != 0 else -half[0],
+                    corner[1] if k != 1 else -half[1],
+                    corner[2] if k != 2 else -half[2],
+                )
                 s, _ = closest_of_segments(vec.sub(center, along), vec.add(along, along), start, vec.add(edge, edge))
                 end = vec.add_scaled(center, along, s + s - one)
     return normal, best, end

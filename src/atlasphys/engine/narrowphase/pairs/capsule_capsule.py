@@ -1,4 +1,5 @@
-"""Two capsules: the closest points of their segments, or both ends of what they share where the segments are parallel."""
+"""Two capsules: the closest points of their segments, or both ends of what they share where the segments are
+parallel."""
 
 import numpy as np
 
@@ -15,9 +16,10 @@ def capsule_capsule(rows, bodies, colliders, shapes, margin, contacts):
     """Contacts of pairs of capsules. Where the segments cross, the normal is square to both."""
     real = contacts.depth.dtype.type
     margin = real(margin)
-    points = np.empty((2, 2, 3), contacts.depth.dtype)
-    ids = np.empty((2, 2), np.int32)
-    ids[:, 0], ids[:, 1] = 0, 1
+    ends = np.empty((4, 3), contacts.depth.dtype)
+    ids = np.empty(4, np.int32)
+    ids[0] = ids[2] = 0
+    ids[1] = ids[3] = 1
     for pair_row in rows:
         pair, target = place(bodies, colliders, shapes, contacts, pair_row)
         row_a, row_b, rotation_a, rotation_b, d = pair
@@ -33,20 +35,24 @@ def capsule_capsule(rows, bodies, colliders, shapes, margin, contacts):
         depth = radius_a + radius_b - distance
         if depth <= -margin:
             continue
-        if distance > real(8) * precision(distance) * (half_a + half_b + vec.length(d)):
+        # Inside both segments the normal is square to both axes; where they all but cross, nothing else is known of it.
+        across = vec.cross(axis_a, axis_b)
+        sine = vec.length(across)
+        crossing = 0 < s < 1 and 0 < t < 1
+        if not crossing:
+            crossing = distance <= real(64) * precision(distance) * (half_a + half_b + vec.length(d))
+        if distance > 0 and (not crossing or sine <= real(0.001)):
             normal = vec.scale(between, real(1) / distance)
         else:
-            normal = vec.cross(axis_a, axis_b)
-            length = vec.length(normal)
-            if length > real(0.001):
-                normal = vec.scale(normal, real(1) / length)
+            if sine > real(0.001):
+                normal = vec.scale(across, real(1) / sine)
             else:
                 normal, _ = vec.tangents(axis_a)
-            if vec.dot(normal, d) < 0:
+            if vec.dot(normal, between if distance > 0 else d) < 0:
                 normal = vec.neg(normal)
-        vec.store(points[0], 0, p)
-        vec.store(points[0], 1, vec.add(p, u))
-        vec.store(points[1], 0, q)
-        vec.store(points[1], 1, vec.add(q, v))
+        vec.store(ends, 0, p)
+        vec.store(ends, 1, vec.add(p, u))
+        vec.store(ends, 2, q)
+        vec.store(ends, 3, vec.add(q, v))
         write_normal(contacts, target, normal)
-        write_edges(contacts, target, normal, depth, on_a, on_b, radius_a, radius_b, margin, points, ids, 2, 2)
+        write_edges(contacts, target, normal, depth, on_a, on_b, radius_a, radius_b, margin, ends, ids, 2, 2, 2)

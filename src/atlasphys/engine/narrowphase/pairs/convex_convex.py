@@ -16,8 +16,8 @@ def core_contact(shapes, pair, limit, simplex, polytope):
     """Signed distance of two cores.
 
     Returns:
-        ``normal, distance, on_a, on_b``: the unit normal from a to b, the distance (negative: overlap), and the points that are nearest
-        or overlap most. Distances above ``limit`` are only known to be above it.
+        ``normal, distance, on_a, on_b``: the unit normal from a to b, the distance (negative: overlap), and the
+        points that are nearest or overlap most. Distances above ``limit`` are only known to be above it.
     """
     status, v, on_a, count = gjk(shapes, pair, pair[4], limit, simplex)
     if status == SEPARATED:

@@ -1,11 +1,12 @@
 """A plane and any convex shape, exactly: the shape's lowest points.
 
-The signed distance of the shape's origin from the plane is taken in double precision, so that a plane whose origin is far away is
-as exact as one at hand. Then all points are worked out from the shape's own origin.
+The signed distance of the shape's origin from the plane is taken in double precision, so that a plane whose origin is
+far away is as exact as one at hand. Then all points are worked out from the shape's own origin.
 
-A polyhedron gives every vertex near enough; a rounded shape the ends of its core. The rim of a cylinder or cone has one lowest point,
-at the azimuth of the plane. Where the flat end faces the plane, the eight fixed points of the rim that are the shape's supporting
-feature are given too: a lone lowest point wanders about the rim with every bit of round-off.
+A polyhedron gives every vertex near enough; a rounded shape the ends of its core. The rim of a cylinder or cone has
+one lowest point, at the azimuth of the plane. Where the flat end faces the plane, the eight fixed points of the rim
+that are the shape's supporting feature are given too: a lone lowest point wanders about the rim with every bit of
+round-off.
 """
 
 import math
@@ -20,7 +21,8 @@ from atlasphys.engine.shapes.support import rounding, support
 from atlasphys.engine.shapes.table import BOX, CAPSULE, FIRST_VERTEX, HULL, KIND, RIM_POINTS, VERTEX_COUNT
 
 LEVEL = 1e-4
-"""Sine of the tilt above which the lowest point of a rim is told from its neighbours. Smaller: it wanders with round-off."""
+"""Sine of the tilt above which the lowest point of a rim is told from its neighbours. Smaller: it wanders with
+round-off."""
 
 LOWEST = 18
 """Feature number of the lowest point of a rim whose eight fixed points are also listed."""
@@ -78,7 +80,7 @@ def plane_convex(rows, bodies, colliders, shapes, margin, contacts):
         radius = rounding(shapes, row)
         half = shapes.size[row, 1]
         down = vec.neg(mat.transpose_mul_vec(rotation, n))
-        if kind == BOX or kind == HULL:
+        if kind in (BOX, HULL):
             first = shapes.layout[row, FIRST_VERTEX]
             for k in range(shapes.layout[row, VERTEX_COUNT]):
                 point = mat.mul_vec(rotation, vec.load(shapes.vertices, first + k))

@@ -1,4 +1,5 @@
-"""A sphere and a box: the centre clamped to the box is the nearest point; a centre inside the box leaves by the nearest face."""
+"""A sphere and a box: the centre clamped to the box is the nearest point; a centre inside the box leaves by the
+nearest face."""
 
 from atlasphys.engine.jit import kernel
 from atlasphys.engine.math import mat, vec

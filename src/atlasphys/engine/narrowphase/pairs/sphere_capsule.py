@@ -1,4 +1,5 @@
-"""A sphere and a capsule: two balls, the second about the point of the capsule's segment closest to the sphere's centre."""
+"""A sphere and a capsule: two balls, the second about the point of the capsule's segment closest to the sphere's
+centre."""
 
 from atlasphys.engine.jit import kernel
 from atlasphys.engine.math import vec
@@ -20,7 +21,11 @@ def sphere_capsule(rows, bodies, colliders, shapes, margin, contacts):
         half = shapes.size[capsule, 1]
         start, along = vec.add_scaled(d, axis, -half), vec.scale(axis, half + half)
         center = (zero, zero, zero)
-        nearest = vec.add_scaled(start, along, closest_on_segment(center, start, along))
+        s = closest_on_segment(center, start, along)
+        nearest = vec.add_scaled(start, along, s)
+        if 0 < s < 1:
+            # Made exactly square to the axis: at a small distance, round-off along it is a large angle.
+            nearest = vec.add_scaled(nearest, axis, -vec.dot(nearest, axis))
         square, _ = vec.tangents(axis)
         write_round_contact(
             contacts, target, center, nearest, shapes.size[sphere, 0], shapes.size[capsule, 0], square, margin, 0
