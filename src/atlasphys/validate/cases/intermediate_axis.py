@@ -1,10 +1,12 @@
 """Case 10: a torque-free box spun about its middle axis, which it leaves again and again (Dzhanibekov's nut).
 
-Euler's equations I1 ω̇1 = (I2 − I3) ω2 ω3 and cyclic keep 2E = Σ I ω² and L² = Σ (I ω)². For I1 < I2 < I3 and L² > 2 E I2 they are solved by
-(Landau and Lifshitz, Mechanics, §37)
+Euler's equations I1 ω̇1 = (I2 − I3) ω2 ω3 and cyclic keep 2E = Σ I ω² and L² = Σ (I ω)². For I1 < I2 < I3 and L² > 2 E I2 they are
+solved by (Landau and Lifshitz, Mechanics, §37)
+
     ω1 = √((2E I3 − L²)/(I1 (I3 − I1))) cn τ,  ω2 = √((2E I3 − L²)/(I2 (I3 − I2))) sn τ,  ω3 = √((L² − 2E I1)/(I3 (I3 − I1))) dn τ,
-τ = rate · t, rate = √((I3 − I2)(L² − 2E I1)/(I1 I2 I3)), parameter m = (I2 − I1)(2E I3 − L²)/((I3 − I2)(L² − 2E I1)); the period is 4 K(m)/rate. For L² < 2 E I2
-exchange the indices 1 and 3. Time is counted from a moment at which ω2 = 0. SciPy's elliptic functions take the same parameter m.
+
+τ = rate · t, rate = √((I3 − I2)(L² − 2E I1)/(I1 I2 I3)), with parameter m = (I2 − I1)(2E I3 − L²)/((I3 − I2)(L² − 2E I1)), as SciPy takes
+it; the period is 4 K(m)/rate. Time counts from a moment at which ω2 = 0. For L² < 2 E I2 exchange the indices 1 and 3.
 """
 
 from __future__ import annotations
