@@ -61,7 +61,7 @@ def test_table() -> None:
 
 
 @pytest.mark.parametrize(
-    "spin", [(0.3, 0.2, 3.0), (0.1, 0.9, 3.0), (-0.5, 0.2, 3.0), (0.3, -0.2, -3.0), (0.9, 0.1, -3.0)]
+    "spin", [(0.3, 3.0, 0.2), (0.1, 3.0, 0.9), (-0.5, 3.0, 0.2), (0.3, -3.0, -0.2), (0.9, -3.0, 0.1), (0.1, 3.0, -0.9)]
 )
 def test_elliptic_solution_solves_eulers_equations(
     spin: tuple[float, float, float], monkeypatch: pytest.MonkeyPatch
