@@ -42,9 +42,8 @@ def inverse_inertia(
 ) -> npt.NDArray[np.float64]:
     """I⁻¹ of a box in world axes."""
     x, y, z = (side * side for side in size)
-    inverse: npt.NDArray[np.float64] = (
-        turned @ np.diag([12 / mass / (y + z), 12 / mass / (x + z), 12 / mass / (x + y)]) @ turned.T
-    )
+    moments = mass / 12 * np.array([y + z, x + z, x + y])
+    inverse: npt.NDArray[np.float64] = turned / moments @ turned.T
     return inverse
 
 
@@ -53,9 +52,8 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
     q = np.array([0.83, 0.31, 0.22, 0.41])
     w, x, y, z = (float(value) for value in q / math.sqrt(float(q @ q)))
     turned = rotation((w, x, y, z))
-    corners = (
-        np.array([[sx, sy, sz] for sx in (-1, 1) for sy in (-1, 1) for sz in (-1, 1)]) * np.array(SIZE_B) / 2 @ turned.T
-    )
+    signs = np.array([[sx, sy, sz] for sx in (-1, 1) for sy in (-1, 1) for sz in (-1, 1)])
+    corners = (signs * np.array(SIZE_B) / 2) @ turned.T
     lowest = corners[np.argmin(corners[:, 1])]
     point = np.array([0.6, 0.5 * SIZE_A[1], -0.4])
     center_b = point - lowest - np.array([0, OVERLAP, 0])
@@ -63,7 +61,7 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
     n, r_a, r_b = np.array([0.0, 1.0, 0.0]), point, lowest
     arm_a, arm_b = np.cross(r_a, n), np.cross(r_b, n)
     turn_a, turn_b = inverse_inertia(MASS_A, SIZE_A, np.eye(3)) @ arm_a, inverse_inertia(MASS_B, SIZE_B, turned) @ arm_b
-    k = 1 / MASS_A + 1 / MASS_B + arm_a @ turn_a + arm_b @ turn_b
+    k = float(1 / MASS_A + 1 / MASS_B + arm_a @ turn_a + arm_b @ turn_b)
     approach = float(n @ (VELOCITY_B + np.cross(SPIN_B, r_b) - VELOCITY_A - np.cross(SPIN_A, r_a)))
 
     errors = dict.fromkeys(("impulse", "momentum", "angular momentum", "energy", "velocity"), 0.0)
@@ -85,17 +83,13 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
         momentum, spin, energy = world.momentum(), world.angular_momentum(), world.energy().kinetic
         world.step(dt)
         j = -(1 + e) * approach / k
-        found = {
+        left_a, left_b = VELOCITY_A - j / MASS_A * n, VELOCITY_B + j / MASS_B * n
+        found: dict[str, float] = {
             "impulse": relative(float(world.contacts.normal_impulse.sum()), j),
             "momentum": float(np.abs(world.momentum() - momentum).max()) / j,
             "angular momentum": float(np.abs(world.angular_momentum() - spin).max()) / j,
             "energy": abs(world.energy().kinetic - energy + 0.5 * (1 - e * e) * approach**2 / k) / energy,
-            "velocity": float(
-                max(
-                    np.abs(a.velocity - VELOCITY_A + j / MASS_A * n).max(),
-                    np.abs(b.velocity - VELOCITY_B - j / MASS_B * n).max(),
-                )
-            )
+            "velocity": float(max(np.abs(a.velocity - left_a).max(), np.abs(b.velocity - left_b).max()))
             / abs(approach),
         }
         errors = {name: max(errors[name], value) for name, value in found.items()}

@@ -47,7 +47,9 @@ def spin_freely(
             world.step(dt)
     in_body = rotate(orientation * np.array([1, -1, -1, -1]), velocity)
     momentum = rotate(orientation, moments * in_body)
-    return Spin(dt * np.arange(steps + 1), in_body, momentum, 0.5 * (velocity * momentum).sum(axis=1))
+    energy: Array = 0.5 * (velocity * momentum).sum(axis=1)
+    times: Array = dt * np.arange(steps + 1, dtype=np.float64)
+    return Spin(times, in_body, momentum, energy)
 
 
 def drift(values: Array) -> float:
