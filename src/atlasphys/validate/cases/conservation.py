@@ -17,11 +17,14 @@ from atlasphys.world.world import World
 MATERIALS = ((0.0, 0.0), (0.0, 0.5), (0.5, 0.0), (1.0, 0.0), (0.5, 0.5))
 """(e, μ) of the runs."""
 
+SEEDS = (6, 28)
+"""Two sets of random poses for e = 1, which has no loss to spare and so shows every impulse not solved to the end; the last one otherwise."""
+
 ROUND_OFF = 1e-12
 
 
-def implosion(make_world: MakeWorld, restitution: float, friction: float) -> World:
-    """Boxes, spheres, capsules and cylinders, apart at first, that fly and spin towards the middle."""
+def implosion(make_world: MakeWorld, restitution: float, friction: float, seed: int) -> World:
+    """Boxes, spheres and capsules, apart at first, that fly and spin towards the middle."""
     world = make_world(gravity=(0, 0, 0))
     shapes = (
         ap.Box(size=(0.8, 0.5, 0.3)),
@@ -29,7 +32,7 @@ def implosion(make_world: MakeWorld, restitution: float, friction: float) -> Wor
         ap.Capsule(radius=0.2, length=0.5),
         ap.Box(size=(0.6, 0.6, 0.6)),
     )
-    random = np.random.default_rng(28)
+    random = np.random.default_rng(seed)
     places = [(x, y, z) for x in range(6) for y in range(6) for z in range(6)][8:208]
     for i, place in enumerate(places):
         position = 1.1 * (np.array(place) - 2.5)
@@ -47,23 +50,26 @@ def implosion(make_world: MakeWorld, restitution: float, friction: float) -> Wor
 
 
 def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
-    """Run each material for two seconds."""
+    """Run each material for two seconds. Momenta are relative to the sum of the bodies' own, energies to that at first."""
     errors = {"momentum": 0.0, "angular momentum": 0.0}
     for restitution, friction in MATERIALS:
-        world = implosion(make_world, restitution, friction)
-        mass = world.bodies.mass[:, None]
-        momentum, spin, energy = world.momentum(), world.angular_momentum(), world.energy().kinetic
-        momentum_scale = float(np.abs(mass * world.bodies.velocity).sum())
-        spin_scale = float(np.abs(np.cross(world.bodies.position, mass * world.bodies.velocity)).sum())
-        first, rise = energy, 0.0
-        for _ in range(round(2 / dt)):
-            world.step(dt)
-            now = world.energy().kinetic
-            rise, energy = max(rise, (now - energy) / first), now
-        errors["momentum"] = max(errors["momentum"], float(np.abs(world.momentum() - momentum).max()) / momentum_scale)
-        errors["angular momentum"] = max(
-            errors["angular momentum"], float(np.abs(world.angular_momentum() - spin).max()) / spin_scale
-        )
+        rise = 0.0
+        for seed in SEEDS if restitution == 1 else SEEDS[-1:]:
+            world = implosion(make_world, restitution, friction, seed)
+            mass = world.bodies.mass[:, None]
+            momentum, spin, energy = world.momentum(), world.angular_momentum(), world.energy().kinetic
+            momentum_scale = float(np.abs(mass * world.bodies.velocity).sum())
+            spin_scale = float(np.abs(np.cross(world.bodies.position, mass * world.bodies.velocity)).sum())
+            first = energy
+            for _ in range(round(2 / dt)):
+                world.step(dt)
+                now = world.energy().kinetic
+                rise, energy = max(rise, (now - energy) / first), now
+            for name, off, scale in (
+                ("momentum", world.momentum() - momentum, momentum_scale),
+                ("angular momentum", world.angular_momentum() - spin, spin_scale),
+            ):
+                errors[name] = max(errors[name], float(np.abs(off).max()) / scale)
         errors[f"energy rise in a step, e = {restitution:g}, μ = {friction:g}"] = rise
     return errors
 
