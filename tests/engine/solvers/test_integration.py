@@ -62,6 +62,14 @@ def test_a_free_body_keeps_its_energy_and_angular_momentum(precision, spin):
     assert turned > 0.1  # ω is not what stays constant
 
 
+@pytest.mark.parametrize("speed", [1e-37, 1e-22, 1e-10, 1e3])
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_very_slow_fast_small_and_large_spins_stay_what_they_are(speed, size):
+    world, body = lone("single", shape=ap.Box(size=(size, 0.5 * size, 0.25 * size)), angular_velocity=(0, speed, 0))
+    steps(world, 20)
+    assert body.angular_velocity == pytest.approx((0, speed, 0), rel=1e-4, abs=0)
+
+
 def test_the_intermediate_axis_flips_and_the_others_do_not():
     for axis, flips in ((0, False), (1, True), (2, False)):
         spin = np.full(3, 1e-3)

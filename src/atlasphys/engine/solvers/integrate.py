@@ -122,8 +122,10 @@ def integrate_positions(bodies, count, h):
                     )
                     # Round-off in the axes has a bias; unchecked it adds 3e-7 of the energy a step in single precision.
                     now = mat.transpose_mul_vec(turned, spin)
-                    before, after = quadratic(inertia, w), quadratic(inertia, now)
-                    spin = vec.add_scaled(spin, spin, real(0.5) * (before - after) / after)
+                    after = quadratic(inertia, now)
+                    excess = after - quadratic(inertia, w)
+                    if abs(excess) < after:  # not where the squares under- or overflow
+                        spin = vec.add_scaled(spin, spin, real(-0.5) * excess / after)
                 else:
                     # The locks' own torque changes L, but does no work: take the free axes' Euler equation explicitly and
                     # put the energy back.
