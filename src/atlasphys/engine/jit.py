@@ -90,6 +90,14 @@ def kernel(function: Function) -> Function:
         _config.CACHE_DIR = previous
 
 
+def is_compiled(compiled: Callable[..., Any]) -> bool:
+    """Whether the cache holds code of a kernel, for some types of arguments."""
+    cached = getattr(compiled, "_cache", None)  # absent where NUMBA_DISABLE_JIT is set
+    return cached is None or any(
+        Path(cached.cache_path).glob(f"{compiled.__module__.rpartition('.')[2]}.{compiled.__name__}-*.nbi")
+    )
+
+
 def routine(function: Function) -> Function:
     """Compile a function that only kernels call. Called from Python it crashes: it has no wrapper for that."""
     return _routine(function, forceinline=False)

@@ -378,7 +378,9 @@ def solve(
         pairs[i, BODY_A], pairs[i, BODY_B] = colliders.body[manifolds.a[i]], colliders.body[manifolds.b[i]]
     prepare(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks, ratio)
     integrate_velocities(bodies, body_count, gravity, h)
-    set_targets(motion, pairs, manifolds, count, points, h, bias, tolerances.slop, tolerances.max_correction, threshold, finest)
+    set_targets(
+        motion, pairs, manifolds, count, points, h, bias, tolerances.slop, tolerances.max_correction, threshold, finest
+    )
     warm_start(motion, inverse_mass, pairs, manifolds, count, frames, points)
     for s in range(BOUNCE_SWEEPS * iterations):
         error = sweep(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks, excess, change)
