@@ -230,6 +230,11 @@ def test_divergence_names_the_bodies_and_keeps_the_recording(tmp_path):
         assert np.isfinite(recording.poses(-1).positions).all()
 
 
+def heed_interrupts():
+    """In the child: jobs that a shell starts in the background ignore SIGINT, and so would their children."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def start_long_run(path, *words):
     """A run that has begun to record."""
     process = subprocess.Popen(
@@ -237,6 +242,7 @@ def start_long_run(path, *words):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=heed_interrupts,
         env=environment(),
     )
     deadline = time.monotonic() + 60
@@ -286,6 +292,7 @@ def test_ctrl_c_while_kernels_are_compiled_stops_at_once(tmp_path):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=heed_interrupts,
         env=environment() | {"ATLASPHYS_CACHE_DIR": str(tmp_path / "cache")},
     )
     line = process.stderr.readline()
@@ -320,6 +327,7 @@ def test_progress_is_shown_on_a_terminal():
         stdout=subprocess.PIPE,
         stderr=slave,
         text=True,
+        preexec_fn=heed_interrupts,
         env=environment() | {"TERM": "xterm", "COLUMNS": "120"},
     )
     os.close(slave)
@@ -346,6 +354,7 @@ def test_a_reader_that_goes_away_is_no_crash():
         shell=True,
         capture_output=True,
         text=True,
+        preexec_fn=heed_interrupts,
         env=environment(),
         timeout=60,
     )

@@ -6,6 +6,7 @@ stage and half from there on. ``start`` has a child process compile the latter i
 
 import subprocess
 import sys
+import threading
 
 from atlasphys.engine.jit import is_compiled
 from atlasphys.engine.manifold import update_manifolds
@@ -15,13 +16,14 @@ from atlasphys.engine.solvers.sequential_impulse import solve
 from atlasphys.engine.state.state import Environment, State
 
 
-def start(precision: str) -> "subprocess.Popen[bytes] | None":
-    """Start compiling for worlds of a precision, ``"single"`` or ``"double"``, unless that has been done. Ends by itself."""
+def start(precision: str) -> None:
+    """Start compiling for worlds of a precision, ``"single"`` or ``"double"``, unless that has been done. The child ends by itself."""
     if is_compiled(build_manifolds) and is_compiled(solve):
-        return None
+        return
     command = [sys.executable, "-m", "atlasphys.engine.ahead", precision]
     quiet = subprocess.DEVNULL
-    return subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet)
+    child = subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet)
+    threading.Thread(target=child.wait, name="compiling ahead", daemon=True).start()
 
 
 def compile_second_half(precision: str) -> None:
