@@ -235,6 +235,24 @@ def heed_interrupts():
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
+@pytest.fixture(autouse=True)
+def no_survivors(monkeypatch):
+    """Kill what a failing test has started and not ended."""
+    started = []
+    original = subprocess.Popen
+
+    def start(*words, **options):
+        started.append(original(*words, **options))
+        return started[-1]
+
+    monkeypatch.setattr(subprocess, "Popen", start)
+    yield
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+
+
 def start_long_run(path, *words):
     """A run that has begun to record."""
     process = subprocess.Popen(
