@@ -108,7 +108,8 @@ class Bodies:
             rounded = given.astype(view.dtype)
         limit = np.inf if name == "orientation" else LARGEST_COORDINATE  # quaternions are normalised
         if not (np.isfinite(rounded) & (np.abs(rounded) <= limit)).all():
-            raise InvalidArgumentError(f"{name} takes finite numbers, at most {limit:g} (got {reprlib.repr(value)})")
+            most = "" if limit == np.inf else f", at most {limit:g}"
+            raise InvalidArgumentError(f"{name} takes finite numbers{most} (got {reprlib.repr(value)})")
         view[...] = rounded
 
     @property

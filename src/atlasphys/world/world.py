@@ -455,7 +455,7 @@ class World:
             if len(wrong):
                 raise InvalidArgumentError(
                     f"bodies.{column}[{wrong[0]}] was set to {getattr(self.bodies, column)[wrong[0]]}; "
-                    + ("its numbers must be finite" if limit == np.inf else f"at most {limit:g} is possible")
+                    f"its numbers must be finite{'' if limit == np.inf else f' and at most {limit:g}'}"
                 )
         orientation = bodies.orientation[rows].astype(np.float64)
         greatest = np.abs(orientation).max(axis=1, keepdims=True)
