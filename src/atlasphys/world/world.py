@@ -574,9 +574,13 @@ class World:
         self._infos, self._pipeline = list(snapshot._infos), snapshot._pipeline
         self._start_generation()
 
+    def __copy__(self) -> World:
+        return copy.deepcopy(self)  # two worlds on one state would give the same ids to different bodies
+
     def __deepcopy__(self, memo: dict[int, Any]) -> World:
-        other = copy.copy(self)
+        other = object.__new__(World)
         memo[id(self)] = other
+        other.__dict__.update(self.__dict__)
         other._state, other._infos = self._state.copy(), list(self._infos)
         other._start_generation()
         return other
