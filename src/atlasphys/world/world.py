@@ -340,7 +340,11 @@ class World:
         if code == STATIC and any(moving):
             raise InvalidArgumentError("a static body has no velocity; make it kinematic to move it")
         properties = None
-        if not is_plane:
+        if is_plane:
+            for key, value in (("mass", mass), ("density", density), ("inertia", inertia)):
+                if value is not None:
+                    raise InvalidArgumentError(f"{key} cannot be given for a plane, which is static (got {value!r})")
+        else:
             density = 1000.0 if mass is None and density is None else density
             properties = mass_properties(shape, mass=mass, density=density, inertia=inertia)
         given = {
