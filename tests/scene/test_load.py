@@ -313,6 +313,12 @@ def test_a_world_makes_a_scene_that_makes_the_world_again():
     assert again._state.colliders.mask[1] == 5
 
 
+def test_any_name_of_a_body_is_one_in_a_scene():
+    world = ap.World()
+    world.add(ap.Sphere(radius=0.5), name="long" * 100)
+    assert ap.Scene.from_world(world).build().bodies.names == world.bodies.names
+
+
 @pytest.mark.parametrize("ending", [".toml", ".json"])
 def test_a_saved_scene_loads_equal(tmp_path, ending):
     scene = parse_scene(

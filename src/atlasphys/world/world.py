@@ -383,8 +383,8 @@ class World:
     def _checked_name(self, name: str | None) -> str | None:
         if name is None:
             return None
-        if not isinstance(name, str) or not name:
-            raise InvalidArgumentError(f"name must be a non-empty string or None (got {name!r})")
+        if not isinstance(name, str) or not name or not _is_unicode(name):
+            raise InvalidArgumentError(f"name must be a non-empty string of Unicode text or None (got {name!r})")
         if any(info.name == name for info in self._infos):
             raise InvalidArgumentError(f"name {name!r} is already taken by another body of this world")
         return name
@@ -610,6 +610,15 @@ def _gravity(value: object) -> tuple[float, float, float]:
 
 def _threshold(value: object) -> float:
     return in_range("restitution_threshold", value, 0, 1e9)
+
+
+def _is_unicode(text: str) -> bool:
+    """Whether files can hold the text: Python strings may contain halves of characters (lone surrogates)."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _conjugate(q: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
