@@ -309,8 +309,8 @@ def test_a_world_makes_a_scene_that_makes_the_world_again():
         if old.kind == "dynamic":
             assert sorted(old.inertia) == pytest.approx(sorted(new.inertia), rel=1e-6)
     assert again.solver_settings == world.solver_settings
-    assert again._state.colliders.group[1] == 2
-    assert again._state.colliders.mask[1] == 5
+    assert again.bodies[1].group == 2
+    assert again.bodies[1].mask == 5
 
 
 def test_any_name_of_a_body_is_one_in_a_scene():

@@ -95,6 +95,8 @@ BODY_SETTERS = (
     "linear_damping",
     "angular_damping",
     "locks",
+    "group",
+    "mask",
 )
 BODY_METHODS = ("apply_force", "apply_torque", "apply_impulse", "apply_angular_impulse")
 WORLD_SETTERS = (
@@ -107,7 +109,7 @@ WORLD_SETTERS = (
     "restitution_combine",
 )
 BULK_SETTERS = ("position", "orientation", "velocity", "angular_velocity")
-ADD_ARGUMENTS = (*BODY_SETTERS, "mass", "density", "inertia", "kind", "group", "mask", "color", "name")
+ADD_ARGUMENTS = (*BODY_SETTERS, "mass", "density", "inertia", "kind", "color", "name")
 WORLD_ARGUMENTS = (
     *WORLD_SETTERS,
     "preset",

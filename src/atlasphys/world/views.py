@@ -165,6 +165,11 @@ class Bodies:
         return names
 
     @property
+    def id(self) -> npt.NDArray[np.int64]:
+        """(n,) identity of each body: stays with it when rows move up, and is never given to another body."""
+        return self._column("id")
+
+    @property
     def names(self) -> list[str | None]:
         """The bodies' names, None where a body has none."""
         return [info.name for info in self._world._infos]

@@ -319,7 +319,7 @@ class World:
             torsional_friction: effective radius of the contact patch [m], ≥ 0.
             linear_damping, angular_damping: rates at which velocities decay [1/s], ≥ 0.
             gravity_scale: factor on the world's gravity.
-            locks: axes of the world along which ("x", "y", "z") or about which ("rx", "ry", "rz") the body cannot move.
+            locks: axes of the world along which ("x", "y", "z") or about which ("rx", "ry", "rz") the body cannot move, if dynamic.
             group: bits of the groups that the body belongs to.
             mask: bits of the groups with which it collides. Two bodies collide if each one's mask admits the other's group.
             color: for pictures: ``"#rrggbb"`` or red, green and blue from 0 to 1.
