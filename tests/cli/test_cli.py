@@ -159,6 +159,7 @@ def test_doctor_shows_versions(capsys):
         (["run", "towr"], "towr: neither a scene of the library nor a file; did you mean 'tower'?"),
         (["run", "missing.toml"], "missing.toml: cannot be read: No such file or directory"),
         (["run", "tower", "--set", "heigth=3"], "tower: heigth: unknown parameter; did you mean 'height'?"),
+        (["run", "tower", "--set", "name_or_path=3"], "tower: name_or_path: unknown parameter"),
         (["run", "tower", "--set", "height"], "--set takes NAME=VALUE (got 'height')"),
         (["run", "tower", "--set", "height=3", "--set", "height=4"], "--set height is given twice"),
         (["run", "tower", "--set", "height=0"], "tower: height: must be greater than or equal to 1"),

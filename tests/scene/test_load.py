@@ -309,11 +309,17 @@ def test_a_world_makes_a_scene_that_makes_the_world_again():
         if old.kind == "dynamic":
             assert sorted(old.inertia) == pytest.approx(sorted(new.inertia), rel=1e-6)
     assert again.solver_settings == world.solver_settings
-    assert again._state.colliders.group[1] == 2
-    assert again._state.colliders.mask[1] == 5
+    assert again.bodies[1].group == 2
+    assert again.bodies[1].mask == 5
 
 
-@pytest.mark.parametrize("ending", [".toml", ".json"])
+def test_any_name_of_a_body_is_one_in_a_scene():
+    world = ap.World()
+    world.add(ap.Sphere(radius=0.5), name="long" * 100)
+    assert ap.Scene.from_world(world).build().bodies.names == world.bodies.names
+
+
+@pytest.mark.parametrize("ending", [".toml", ".json", ".JSON"])
 def test_a_saved_scene_loads_equal(tmp_path, ending):
     scene = parse_scene(
         json.dumps(GOOD | {"description": "quotes \" \\ ' and\nlines ☃ \x7f"}), name="all", is_json=True
@@ -322,9 +328,17 @@ def test_a_saved_scene_loads_equal(tmp_path, ending):
     assert ap.load_scene(tmp_path / f"a{ending}") == scene
 
 
+def test_a_key_of_any_text_is_saved_and_loaded(tmp_path):
+    scene = ap.Scene(world={"solver": "sequential_impulse", "solver_settings": {"a b": 1, "": 2, 'quo"te': 3}})
+    scene.save(tmp_path / "a.toml")
+    assert ap.load_scene(tmp_path / "a.toml") == scene
+
+
 def test_saving_where_one_cannot_is_refused(tmp_path):
     with pytest.raises(SceneError, match="cannot be written"):
         ap.Scene().save(tmp_path / "missing" / "a.toml")
+    with pytest.raises(SceneError, match="cannot be written"):
+        ap.Scene().save("a\0.toml")
 
 
 ANYTHING = st.recursive(

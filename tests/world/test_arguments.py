@@ -95,6 +95,8 @@ BODY_SETTERS = (
     "linear_damping",
     "angular_damping",
     "locks",
+    "group",
+    "mask",
 )
 BODY_METHODS = ("apply_force", "apply_torque", "apply_impulse", "apply_angular_impulse")
 WORLD_SETTERS = (
@@ -107,7 +109,7 @@ WORLD_SETTERS = (
     "restitution_combine",
 )
 BULK_SETTERS = ("position", "orientation", "velocity", "angular_velocity")
-ADD_ARGUMENTS = (*BODY_SETTERS, "mass", "density", "inertia", "kind", "group", "mask", "color", "name")
+ADD_ARGUMENTS = (*BODY_SETTERS, "mass", "density", "inertia", "kind", "color", "name")
 WORLD_ARGUMENTS = (
     *WORLD_SETTERS,
     "preset",
@@ -259,8 +261,12 @@ def test_messages_say_what_was_wrong_and_what_would_be_right():
         (lambda: world.add(ap.Sphere(radius=1), mass=0), ("mass", "0")),
         (lambda: world.add(ap.Sphere(radius=1), kind="fixed"), ("kind", "'kinematic'", "'fixed'")),
         (lambda: world.add(ap.Plane(normal=(0, 1, 0)), kind="dynamic"), ("plane", "static")),
+        (lambda: world.add(ap.Plane(), mass=-1), ("mass", "plane")),
+        (lambda: world.add(ap.Plane(), density=5), ("density", "plane")),
+        (lambda: world.add(ap.Plane(), inertia="x"), ("inertia", "plane")),
         (lambda: world.add(ap.Sphere(radius=1), kind="static", velocity=(1, 0, 0)), ("static", "kinematic")),
         (lambda: world.add(ap.Sphere(radius=1), name="box 0"), ("box 0", "taken")),
+        (lambda: world.add(ap.Sphere(radius=1), name="\ud800"), ("name", "Unicode")),
         (lambda: world.add(ap.Sphere(radius=1), color="red"), ("color", "#rrggbb", "red")),
         (lambda: world.add(ap.Sphere(radius=1), group=2**32), ("group", "32")),
     ):

@@ -29,7 +29,7 @@ def by_pickle(world):
     return pickle.loads(pickle.dumps(world))
 
 
-@pytest.mark.parametrize("duplicate", [copy.deepcopy, by_snapshot, by_pickle, by_pickled_snapshot])
+@pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, by_snapshot, by_pickle, by_pickled_snapshot])
 @pytest.mark.parametrize("before", [0, 25])
 def test_a_duplicate_goes_on_to_the_bit(duplicate, before):
     world = heap(1)
@@ -57,10 +57,11 @@ def test_restore_returns_to_the_bit_again_and_again():
     assert len(ends) == 1
 
 
-def test_a_duplicate_is_independent():
+@pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy])
+def test_a_duplicate_is_independent(duplicate):
     world = stack(2)
     steps(world, 3)
-    snapshot, twin, before = world.snapshot(), copy.deepcopy(world), world.state_hash()
+    snapshot, twin, before = world.snapshot(), duplicate(world), world.state_hash()
     world.add(ap.Sphere(radius=1), position=(0, 9, 0))
     world.bodies[1].position = (3, 3, 3)
     world.gravity = (0, 0, 0)

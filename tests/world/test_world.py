@@ -104,7 +104,15 @@ def test_settings_change_between_steps():
 def test_handles_return_read_only_copies():
     world = stack(1)
     box = world.bodies["box 0"]
-    for name in ("position", "orientation", "velocity", "angular_velocity", "inertia", "center_of_mass"):
+    for name in (
+        "position",
+        "orientation",
+        "velocity",
+        "angular_velocity",
+        "inertia",
+        "principal_axes",
+        "center_of_mass",
+    ):
         with pytest.raises(ValueError, match="read-only"):
             getattr(box, name)[0] = 1
         kept = getattr(box, name)
@@ -137,6 +145,40 @@ def test_properties_of_each_kind():
         assert getattr(moved, value) == 2
     moved.locks = ("x", "rz")
     assert moved.locks == ("x", "rz")
+    assert (moved.group, moved.mask) == (1, 2**32 - 1)
+    moved.group, moved.mask = 4, ~1
+    assert (moved.group, moved.mask) == (4, 2**32 - 2)
+    assert moved.principal_axes.tolist() == [1, 0, 0, 0]
+
+
+def test_groups_may_change_between_steps():
+    world = stack(1)
+    world.step(1 / 60)
+    assert len(world.contacts) == 4
+    world.bodies[1].mask = 2
+    world.step(1 / 60)
+    assert len(world.contacts) == 0
+
+
+def test_principal_axes_and_moments_make_the_inertia_tensor():
+    world = ap.World(precision="double")
+    tensor = [[3.0, 0.5, 0.2], [0.5, 4.0, -0.3], [0.2, -0.3, 5.0]]
+    body = world.add(ap.Sphere(radius=1), mass=1, inertia=tensor)
+    w, *v = body.principal_axes
+    skew = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    axes = np.eye(3) + 2 * w * skew + 2 * skew @ skew
+    np.testing.assert_allclose(axes @ np.diag(body.inertia) @ axes.T, tensor, atol=1e-12)
+
+
+def test_ids_stay_with_their_bodies():
+    world = stack(3)
+    ids = world.bodies.id.tolist()
+    assert len(set(ids)) == 4
+    assert not world.bodies.id.flags.writeable
+    world.remove(world.bodies[1])
+    world.add(ap.Sphere(radius=1))
+    assert world.bodies.id.tolist()[:3] == [ids[0], *ids[2:]]
+    assert world.bodies.id[3] not in ids
 
 
 def test_bodies_is_a_sequence_in_the_order_of_addition():

@@ -90,7 +90,7 @@ class Recorder:
         if self.closed:
             raise RecordingError(f"{self.path}: the recording is closed")
         bodies = self._world.bodies
-        ids = bodies._column("id")
+        ids = bodies.id
         if not np.array_equal(ids, self._ids):
             self._assign_columns(ids)
         row = self._filled

@@ -91,7 +91,6 @@ def describe_world(world: World) -> dict[str, Any]:
 
 def describe_body(body: Body) -> dict[str, Any]:
     """A body as it is now in the form of the schema: everything that ``World.add`` would not choose by itself."""
-    state, row = body.world._state, body.row
     entry: dict[str, Any] = {
         "name": body.name,
         "shape": describe_shape(body.shape),
@@ -105,7 +104,7 @@ def describe_body(body: Body) -> dict[str, Any]:
         entry |= {"mass": body.mass, "inertia": _given_inertia(body)}
     names = ("friction", "restitution", "rolling_friction", "torsional_friction", "linear_damping", "angular_damping")
     entry |= {name: getattr(body, name) for name in (*names, "gravity_scale")}
-    entry |= {"locks": body.locks, "group": int(state.colliders.group[row]), "mask": int(state.colliders.mask[row])}
+    entry |= {"locks": body.locks, "group": body.group, "mask": body.mask}
     plain: dict[str, Any] = World.add.__kwdefaults__ or {}
     kind = "static" if isinstance(body.shape, Plane) else "dynamic"
     defaults = plain | {"kind": kind, "mask": 2**32 - 1, "locks": ()}
@@ -126,7 +125,7 @@ def describe_shape(shape: Shape) -> dict[str, Any]:
 
 def _given_inertia(body: Body) -> list[list[float]] | None:
     """The body's inertia tensor in the axes of its shape, or None if it is that of the shape at uniform density."""
-    w, x, y, z = body.world._state.bodies.principal[body.row].tolist()
+    w, x, y, z = body.principal_axes.tolist()
     axes = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

@@ -17,7 +17,7 @@ from atlasphys.scene.scene import Scene
 from atlasphys.scene.schema import VERSION
 
 
-def load_scene(name_or_path: str | PathLike[str], **parameters: Any) -> Scene:
+def load_scene(name_or_path: str | PathLike[str], /, **parameters: Any) -> Scene:
     """A scene from the library or from a file.
 
     Args:

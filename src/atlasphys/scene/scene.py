@@ -121,7 +121,7 @@ class Scene:
             SceneError: the file cannot be written.
         """
         path = Path(path)
-        if path.suffix == ".json":
+        if path.suffix.lower() == ".json":
             text = json.dumps(self.data(), indent=2, ensure_ascii=False) + "\n"
         else:
             from atlasphys.scene.toml import to_toml
@@ -129,8 +129,8 @@ class Scene:
             text = to_toml(self.data())
         try:
             path.write_text(text, encoding="utf-8", newline="\n")
-        except OSError as error:
-            raise SceneError(f"{path}: cannot be written: {error.strerror}") from None
+        except (OSError, ValueError) as error:  # ValueError: a null character in the name
+            raise SceneError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from None
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Scene) and self.data() == other.data()

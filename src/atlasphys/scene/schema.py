@@ -33,7 +33,7 @@ NotNegative = Annotated[Real, Field(ge=0)]
 Whole = Annotated[int, Strict()]
 Flag = Annotated[bool, Strict()]
 Text = Annotated[str, Strict()]
-Name = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200)]
+Name = Annotated[str, Strict(), StringConstraints(min_length=1)]
 Vector = Annotated[tuple[Real, ...], Field(min_length=3, max_length=3)]
 Quaternion = Annotated[tuple[Real, ...], Field(min_length=4, max_length=4)]
 

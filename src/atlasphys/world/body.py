@@ -11,7 +11,7 @@ from atlasphys.engine.shapes.shape import Shape
 from atlasphys.engine.state.bodies import DYNAMIC, KINDS, STATIC
 from atlasphys.engine.state.pose import refresh
 from atlasphys.errors import InvalidArgumentError, RemovedBodyError
-from atlasphys.world.arguments import LOCKS, bounded_vector, in_range, lock_bits, unit_quaternion
+from atlasphys.world.arguments import LOCKS, bits, bounded_vector, in_range, lock_bits, unit_quaternion
 
 if TYPE_CHECKING:
     from atlasphys.world.world import World
@@ -131,6 +131,11 @@ class Body:
         bodies = self._world._state.bodies
         moments = bodies.mass[row, 2:5].astype(np.float64) if bodies.kind[row] == DYNAMIC else np.full(3, np.inf)
         return _read_only(moments)
+
+    @property
+    def principal_axes(self) -> npt.NDArray[np.floating]:
+        """Unit quaternion (w, x, y, z) from the principal axes of inertia, along which :attr:`inertia` is given, to the body's own frame, (4,)."""
+        return _read_only(self._world._state.bodies.principal[self.row].copy())
 
     @property
     def center_of_mass(self) -> Vector:
@@ -258,13 +263,32 @@ class Body:
 
     @property
     def locks(self) -> tuple[str, ...]:
-        """Axes along which (``"x"``, ``"y"``, ``"z"``) or about which (``"rx"``, ``"ry"``, ``"rz"``) the body cannot move, world axes."""
+        """World axes along which (``"x"``, ``"y"``, ``"z"``) or about which (``"rx"``, ``"ry"``, ``"rz"``) the body cannot move if it is dynamic.
+        A kinematic body moves with its velocity all the same."""
         value = self._world._state.bodies.locks[self.row]
         return tuple(name for bit, name in enumerate(LOCKS) if value & (1 << bit))
 
     @locks.setter
     def locks(self, value: object) -> None:
         self._world._state.bodies.locks[self.row] = lock_bits(value)
+
+    @property
+    def group(self) -> int:
+        """Bits of the groups that the body belongs to, 32 of them."""
+        return int(self._world._state.colliders.group[self.row])
+
+    @group.setter
+    def group(self, value: object) -> None:
+        self._world._state.colliders.group[self.row] = bits("group", value)
+
+    @property
+    def mask(self) -> int:
+        """Bits of the groups with which the body collides. Two bodies collide if each one's mask admits the other's group."""
+        return int(self._world._state.colliders.mask[self.row])
+
+    @mask.setter
+    def mask(self, value: object) -> None:
+        self._world._state.colliders.mask[self.row] = bits("mask", value)
 
     def _coefficient(self, name: str) -> float:
         return float(self._world._state.colliders.material[self.row, COEFFICIENTS[name][0]])

@@ -108,7 +108,8 @@ class Bodies:
             rounded = given.astype(view.dtype)
         limit = np.inf if name == "orientation" else LARGEST_COORDINATE  # quaternions are normalised
         if not (np.isfinite(rounded) & (np.abs(rounded) <= limit)).all():
-            raise InvalidArgumentError(f"{name} takes finite numbers, at most {limit:g} (got {reprlib.repr(value)})")
+            most = "" if limit == np.inf else f", at most {limit:g}"
+            raise InvalidArgumentError(f"{name} takes finite numbers{most} (got {reprlib.repr(value)})")
         view[...] = rounded
 
     @property
@@ -162,6 +163,11 @@ class Bodies:
         """(n,) ``"dynamic"``, ``"static"`` or ``"kinematic"``."""
         names: npt.NDArray[np.str_] = np.array(list(KINDS))[self._column("kind")]
         return names
+
+    @property
+    def id(self) -> npt.NDArray[np.int64]:
+        """(n,) identity of each body: stays with it when rows move up, and is never given to another body."""
+        return self._column("id")
 
     @property
     def names(self) -> list[str | None]:

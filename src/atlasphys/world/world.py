@@ -319,7 +319,7 @@ class World:
             torsional_friction: effective radius of the contact patch [m], ≥ 0.
             linear_damping, angular_damping: rates at which velocities decay [1/s], ≥ 0.
             gravity_scale: factor on the world's gravity.
-            locks: axes of the world along which ("x", "y", "z") or about which ("rx", "ry", "rz") the body cannot move.
+            locks: axes of the world along which ("x", "y", "z") or about which ("rx", "ry", "rz") the body cannot move, if dynamic.
             group: bits of the groups that the body belongs to.
             mask: bits of the groups with which it collides. Two bodies collide if each one's mask admits the other's group.
             color: for pictures: ``"#rrggbb"`` or red, green and blue from 0 to 1.
@@ -340,7 +340,11 @@ class World:
         if code == STATIC and any(moving):
             raise InvalidArgumentError("a static body has no velocity; make it kinematic to move it")
         properties = None
-        if not is_plane:
+        if is_plane:
+            for key, value in (("mass", mass), ("density", density), ("inertia", inertia)):
+                if value is not None:
+                    raise InvalidArgumentError(f"{key} cannot be given for a plane, which is static (got {value!r})")
+        else:
             density = 1000.0 if mass is None and density is None else density
             properties = mass_properties(shape, mass=mass, density=density, inertia=inertia)
         given = {
@@ -379,8 +383,8 @@ class World:
     def _checked_name(self, name: str | None) -> str | None:
         if name is None:
             return None
-        if not isinstance(name, str) or not name:
-            raise InvalidArgumentError(f"name must be a non-empty string or None (got {name!r})")
+        if not isinstance(name, str) or not name or not _is_unicode(name):
+            raise InvalidArgumentError(f"name must be a non-empty string of Unicode text or None (got {name!r})")
         if any(info.name == name for info in self._infos):
             raise InvalidArgumentError(f"name {name!r} is already taken by another body of this world")
         return name
@@ -455,7 +459,7 @@ class World:
             if len(wrong):
                 raise InvalidArgumentError(
                     f"bodies.{column}[{wrong[0]}] was set to {getattr(self.bodies, column)[wrong[0]]}; "
-                    + ("its numbers must be finite" if limit == np.inf else f"at most {limit:g} is possible")
+                    f"its numbers must be finite{'' if limit == np.inf else f' and at most {limit:g}'}"
                 )
         orientation = bodies.orientation[rows].astype(np.float64)
         greatest = np.abs(orientation).max(axis=1, keepdims=True)
@@ -574,9 +578,13 @@ class World:
         self._infos, self._pipeline = list(snapshot._infos), snapshot._pipeline
         self._start_generation()
 
+    def __copy__(self) -> World:
+        return copy.deepcopy(self)  # two worlds on one state would give the same ids to different bodies
+
     def __deepcopy__(self, memo: dict[int, Any]) -> World:
-        other = copy.copy(self)
+        other = object.__new__(World)
         memo[id(self)] = other
+        other.__dict__.update(self.__dict__)
         other._state, other._infos = self._state.copy(), list(self._infos)
         other._start_generation()
         return other
@@ -602,6 +610,15 @@ def _gravity(value: object) -> tuple[float, float, float]:
 
 def _threshold(value: object) -> float:
     return in_range("restitution_threshold", value, 0, 1e9)
+
+
+def _is_unicode(text: str) -> bool:
+    """Whether files can hold the text: Python strings may contain halves of characters (lone surrogates)."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _conjugate(q: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

@@ -246,6 +246,16 @@ def test_changing_the_step_length_does_not_shake_a_stack():
         assert np.abs(world.bodies.velocity).max() < 0.1
 
 
+@pytest.mark.parametrize("other", [1e-5, 1e-3])
+def test_changing_the_step_length_a_thousandfold_does_not_topple_a_stack(other):
+    world = stack(8)
+    steps(world, 60)
+    for i in range(200):
+        world.step(1 / 60 if i % 2 else other)
+    assert world.energy().kinetic < 100
+    assert world.bodies.position[1:, 1] == pytest.approx(np.arange(8) + 0.5, abs=0.2)
+
+
 def test_towers_of_ten_stand():
     world = stack(10)
     steps(world, 300)
