@@ -92,18 +92,21 @@ def _span_direction(vertices, count, trial):
 
 
 @routine
-def _span(shapes, pair, vertices, count, tolerance):
-    """Add support points until there are four that span a volume.
+def _span(shapes, pair, vertices, count, size):
+    """Add support points until there are four that span a volume. ``size`` is the greatest length of those there are.
 
     Returns the number of vertices, and a unit vector at right angles to all of A − B when that is flat (fewer than
     four).
     """
-    best = tolerance
+    zero = type(size)(0)
+    tolerance = type(size)(32) * precision(size)
+    best = zero
     trial = 0
     direction = _span_direction(vertices, count, 0)
     while count < 4:
         direction = _span_direction(vertices, count, trial)
         w, on_a = difference_support(shapes, pair, direction)
+        size = max(size, vec.length(w))
         off = vec.sub(w, vec.load(vertices, 0))
         if count == 1:
             distance = vec.length(off)
@@ -112,14 +115,14 @@ def _span(shapes, pair, vertices, count, tolerance):
             distance = vec.length(vec.cross(t, off))
         else:
             distance = abs(vec.dot(direction, off))
-        if distance > best:
+        if distance > max(best, tolerance * size):
             best = distance
             _add_vertex(vertices, count, w, on_a)
         trial += 1
         if trial == 8 - 2 * count:
-            if best <= tolerance:
+            if best == 0:
                 break
-            count, trial, best = count + 1, 0, tolerance
+            count, trial, best = count + 1, 0, zero
     return count, direction
 
 
@@ -194,7 +197,7 @@ def epa(shapes, pair, simplex, count, hint, polytope):
         n = vec.cross(vec.sub(b, a), vec.sub(c, a))
         if abs(vec.dot(n, vec.sub(vec.load(vertices, 3), a))) <= type(zero)(32) * eps * size * vec.length(n):
             count = 3
-    count, flat = _span(shapes, pair, vertices, count, type(zero)(32) * eps * size)
+    count, flat = _span(shapes, pair, vertices, count, size)
     if count < 4:
         # A − B is flat (points, segments and discs): it can be left at right angles, and the depth is zero.
         if count == 1 and vec.length_squared(hint) > 0:
