@@ -242,7 +242,7 @@ def overlaps(pairs: Placed, normals: Array) -> Array:
 
 
 def minima(
-    pairs: Placed, directions: int = 600, starts: int = 8, rounds: int = 20, cuts: int = 40
+    pairs: Placed, directions: int = 600, starts: int = 8, rounds: int = 40, cuts: int = 40
 ) -> tuple[Array, Array]:
     """Local minima of the overlap of each pair, near the best of many directions: (n, starts) and (n, starts, 3).
 

@@ -27,18 +27,22 @@ FINAL_STEPS = 20
 not the flattest bit of the boundary around it is returned. Larger: fewer are left to find the best place."""
 
 MAX_FACES = 2 * MAX_VERTICES
+"""A closed surface of triangles has four less."""
+
+SEEN, TAKEN = 1, 2
+"""Marks of faces that a new vertex sees, and of those of them that are replaced."""
 
 
 @routine
 def polytope_scratch(real):
     """Memory for one polytope: vertices (6 columns: of A − B and on A), face planes, face corners, horizon edges.
 
-    A plane has a fifth column: its distance again, or infinity if there is no more to be found beyond the face.
+    Corners have a fourth column for a mark. A plane has a fifth column: its distance again, or infinity if there is no more to be found beyond the face.
     """
     return (
         np.empty((MAX_VERTICES, 6), real),
         np.empty((MAX_FACES, 5), real),
-        np.empty((MAX_FACES, 3), np.int32),
+        np.empty((MAX_FACES, 4), np.int32),
         np.empty((MAX_FACES, 2), np.int32),
     )
 
@@ -127,41 +131,70 @@ def _span(shapes, pair, vertices, count, size):
 
 
 @routine
+def _take(corners, edges, f, horizon):
+    """Take face f into the disc of faces whose rim is the first ``horizon`` edges, if it stays a disc.
+
+    It does if the two share one edge and not the corner opposite to that, or two edges. Returns the new number of
+    edges.
+    """
+    shared = 0
+    for k in range(3):
+        i, j, opposite = corners[f, k], corners[f, (k + 1) % 3], corners[f, (k + 2) % 3]
+        for e in range(horizon):
+            # Two faces walk along a common edge in opposite directions.
+            if edges[e, 0] == j and edges[e, 1] == i:
+                shared += 1
+                for other in range(horizon):
+                    if edges[other, 0] == opposite:
+                        shared += 2
+    # Two shared edges are met twice, each with its opposite corner on the rim.
+    if horizon > 0 and shared != 1 and shared != 6:
+        return horizon
+    corners[f, 3] = TAKEN
+    for k in range(3):
+        i, j = corners[f, k], corners[f, (k + 1) % 3]
+        twin = -1
+        for e in range(horizon):
+            if edges[e, 0] == j and edges[e, 1] == i:
+                twin = e
+        if twin >= 0:
+            horizon -= 1
+            edges[twin, 0], edges[twin, 1] = edges[horizon, 0], edges[horizon, 1]
+        else:
+            edges[horizon, 0], edges[horizon, 1] = i, j
+            horizon += 1
+    return horizon
+
+
+@routine
 def _replace_seen(vertices, planes, corners, edges, faces, closest, new, tolerance):
     """Replace the faces which vertex ``new`` sees by a fan over their horizon.
 
-    Returns the number of the first new face and the number of faces. The latter is 0 if there was no room.
+    They are taken in from the closest face outwards, and only while they make up a disc: what round-off says of faces
+    in one plane with the vertex may be a ring or islands, over whose rims no fan closes the surface.
+
+    Returns the number of the first new face and the number of faces.
     """
     w = vec.load(vertices, new)
-    horizon = 0
-    f = 0
+    for f in range(faces):
+        corners[f, 3] = SEEN if vec.dot(vec.load(planes, f), w) > planes[f, 3] + tolerance else 0
+    horizon = _take(corners, edges, closest, 0)
+    grown = True
+    while grown:
+        grown = False
+        for f in range(faces):
+            if corners[f, 3] == SEEN:
+                horizon = _take(corners, edges, f, horizon)
+                grown |= corners[f, 3] == TAKEN
     kept = 0
-    while f < faces:
-        seen = f == closest or vec.dot(vec.load(planes, f), w) > planes[f, 3] + tolerance
-        if seen:
-            for k in range(3):
-                i, j = corners[f, k], corners[f, (k + 1) % 3]
-                # An edge between two seen faces comes up once in each direction, and is not on the horizon.
-                twin = -1
-                for e in range(horizon):
-                    if edges[e, 0] == j and edges[e, 1] == i:
-                        twin = e
-                if twin >= 0:
-                    horizon -= 1
-                    edges[twin, 0], edges[twin, 1] = edges[horizon, 0], edges[horizon, 1]
-                elif horizon < len(edges):
-                    edges[horizon, 0], edges[horizon, 1] = i, j
-                    horizon += 1
-        else:
+    for f in range(faces):
+        if corners[f, 3] != TAKEN:
             if kept != f:
                 for k in range(5):
                     planes[kept, k] = planes[f, k]
                 for k in range(3):
                     corners[kept, k] = corners[f, k]
             kept += 1
-        f += 1
-    if kept + horizon > len(planes):
-        return 0, 0
     for e in range(horizon):
         _set_face(vertices, planes, corners, kept + e, edges[e, 0], edges[e, 1], new, tolerance)
     return kept, kept + horizon
@@ -248,8 +281,6 @@ def epa(shapes, pair, simplex, count, hint, polytope):
         _add_vertex(vertices, count, w, w_on_a)
         newest, faces = _replace_seen(vertices, planes, corners, edges, faces, closest, count, noise)
         count += 1
-        if faces < 1:
-            break
     return normal, best, on_a
 
 
