@@ -110,9 +110,7 @@ def test_round_off_does_not_span_a_plane() -> None:
 def test_a_sphere_leaves_the_middle_of_a_cylinder_sideways(real: npt.DTypeLike) -> None:
     # EPA meets many faces in one plane here. Where round-off chose which of them to replace, it lost its surface.
     rng = np.random.default_rng(5)
-    poses = [
-        Pose(Sphere(0.3), Cylinder(0.36, 0.77), np.zeros(3), np.zeros(3), STILL, turned(rng)) for _ in range(100)
-    ]
+    poses = [Pose(Sphere(0.3), Cylinder(0.36, 0.77), np.zeros(3), np.zeros(3), STILL, turned(rng)) for _ in range(100)]
     contacts = contacts_of(poses, real, "gjk_epa")
     for k, pose in enumerate(poses):
         assert contact(contacts, k, pose).depth.max() == pytest.approx(0.66, abs=1e-3)

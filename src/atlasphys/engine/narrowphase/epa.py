@@ -37,7 +37,8 @@ SEEN, TAKEN = 1, 2
 def polytope_scratch(real):
     """Memory for one polytope: vertices (6 columns: of A − B and on A), face planes, face corners, horizon edges.
 
-    Corners have a fourth column for a mark. A plane has a fifth column: its distance again, or infinity if there is no more to be found beyond the face.
+    Corners have a fourth column for a mark. A plane has a fifth column: its distance again, or infinity if there is
+    no more to be found beyond the face.
     """
     return (
         np.empty((MAX_VERTICES, 6), real),
