@@ -170,8 +170,8 @@ def _square(x, y, z):
 
 
 @routine
-def _refine(placed, k, x, y, z, radius, rounds, cuts):
-    """A local minimum of h near n = (x, y, z): ``h, x, y, z``.
+def _refine(placed, k, x, y, z, radius, rounds, cuts, lowest, steepest):
+    """A local minimum of h near n = (x, y, z): ``h, x, y, z``. It stops once that cannot be as low as ``lowest``.
 
     On the plane of directions m = n + s u + t v that touches the sphere, H(m) = max over A − B of m · w is convex, and
     h = H / |m|. W. Dinkelbach ("On Nonlinear Fractional Programming", Management Science 13(7), 1967): whatever makes
@@ -210,7 +210,7 @@ def _refine(placed, k, x, y, z, radius, rounds, cuts):
                 break
         x, y, z = nx, ny, nz
         radius = min(radius, max(4.0 * moved, 0.02 * radius))
-        if radius < 1e-10:
+        if radius < 1e-10 or best - 4.0 * steepest * radius > lowest:
             break
     return best, x, y, z
 
@@ -221,12 +221,14 @@ def _sweep(placed, directions, apart, radius, rounds, cuts, depth, normal):
     for k in range(len(placed.offset)):
         for i in range(len(directions)):
             values[i] = _overlap(placed, k, directions[i, 0], directions[i, 1], directions[i, 2])
+        lowest, steepest = math.inf, np.max(values)  # no point of A − B is much farther than that
         for start in range(depth.shape[1]):
             i = np.argmin(values)
             if values[i] == math.inf:
                 break
             x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
-            depth[k, start], nx, ny, nz = _refine(placed, k, x, y, z, radius, rounds, cuts)
+            depth[k, start], nx, ny, nz = _refine(placed, k, x, y, z, radius, rounds, cuts, lowest, steepest)
+            lowest = min(lowest, depth[k, start])
             normal[k, start, 0], normal[k, start, 1], normal[k, start, 2] = nx, ny, nz
             # The next start lies somewhere else.
             for j in range(len(directions)):

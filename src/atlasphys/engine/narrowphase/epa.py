@@ -15,8 +15,9 @@ import math
 import numpy as np
 
 from atlasphys.engine.jit import routine
-from atlasphys.engine.math import vec
+from atlasphys.engine.math import mat, vec
 from atlasphys.engine.narrowphase.gjk import ON_A, difference_support, precision
+from atlasphys.engine.shapes.table import CONE, CYLINDER, KIND
 
 MAX_VERTICES = 64
 """Polyhedra need about 10, most curved cores 20 to 40. Smaller: some of those are left with a deeper normal than the
@@ -202,6 +203,30 @@ def _replace_seen(vertices, planes, corners, edges, faces, closest, new, toleran
 
 
 @routine
+def _wall_normal(shapes, pair, side, n):
+    """The normal n turned into that of a cylinder's or cone's curved wall, at the azimuth of n about its axis.
+
+    ``side`` is 1 for shape a, 2 for shape b. For other shapes it is n itself.
+    """
+    row = pair[0] if side == 1 else pair[1]
+    rotation = pair[2] if side == 1 else pair[3]
+    kind = shapes.layout[row, KIND]
+    if kind not in (CYLINDER, CONE):
+        return n
+    x, y, z = mat.transpose_mul_vec(rotation, n)
+    if kind == CYLINDER:
+        y = type(y)(0)
+    else:
+        # In the half-plane of the azimuth the wall's normal is (2h, r).
+        outward = type(y)(1 if side == 1 else -1)
+        y = outward * math.sqrt(x * x + z * z) * shapes.size[row, 0] / (shapes.size[row, 1] + shapes.size[row, 1])
+    length = math.sqrt(x * x + y * y + z * z)
+    if length == 0:
+        return n
+    return vec.scale(mat.mul_vec(rotation, (x, y, z)), type(y)(1) / length)
+
+
+@routine
 def epa(shapes, pair, simplex, count, hint, polytope):
     """Least depth of two cores whose difference holds the origin, or misses it by round-off.
 
@@ -255,23 +280,31 @@ def epa(shapes, pair, simplex, count, hint, polytope):
     best = type(zero)(math.inf)
     normal = flat
     newest = 0
-    while True:
-        closest = newest if count > MAX_VERTICES - FINAL_STEPS else 0
+    wall = 0  # 1 and 2: try the walls of a and b, in case a whole circle of normals about them is equally good
+    while wall < 3:
+        late = count > MAX_VERTICES - FINAL_STEPS
+        closest = newest if late else 0
         for f in range(closest + 1, faces):
             if planes[f, 4] < planes[closest, 4]:
                 closest = f
-        n = vec.load(planes, closest)
         lower = planes[closest, 4]
-        if lower >= best or lower == math.inf:
-            break
+        if wall == 0 and (lower >= best or lower == math.inf):
+            if not late:
+                break
+            wall = 1
+        n = vec.load(planes, closest) if wall == 0 else _wall_normal(shapes, pair, wall, normal)
         w, w_on_a = difference_support(shapes, pair, n)
         h = vec.dot(w, n)
         if h < best:
             best = h
             normal = n
-            on_a = _on_a(vertices, corners, closest, n, lower)
-        if best - lower <= noise + relative * best or count == MAX_VERTICES:
+            on_a = _on_a(vertices, corners, closest, n, lower) if wall == 0 else w_on_a
+        done = best - lower <= noise + relative * best
+        if done and not late:
             break
+        if done or wall > 0 or count == MAX_VERTICES:
+            wall += 1
+            continue
         known = False
         for i in range(count):
             if vec.length_squared(vec.sub(vec.load(vertices, i), w)) <= noise * noise:
