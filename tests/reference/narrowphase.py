@@ -46,7 +46,7 @@ def overlap(a: Shape, b: Shape, rotation_a: Array, rotation_b: Array, d: Array, 
     return reach(a, n @ rotation_a) + reach(b, -n @ rotation_b) - n @ d
 
 
-def _sphere_points(number: int) -> Array:
+def sphere_points(number: int) -> Array:
     """Directions spread evenly over the unit sphere: the Fibonacci lattice."""
     k = np.arange(number) + 0.5
     z = 1.0 - 2.0 * k / number
@@ -55,7 +55,7 @@ def _sphere_points(number: int) -> Array:
     return np.stack([r * np.cos(azimuth), r * np.sin(azimuth), z], axis=1)
 
 
-DIRECTIONS = _sphere_points(600)
+DIRECTIONS = sphere_points(600)
 _RING = np.array([(math.cos(t), math.sin(t)) for t in np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False)])
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -13,14 +15,14 @@ from atlasphys.engine.shapes.capsule import Capsule
 from atlasphys.engine.shapes.cone import Cone
 from atlasphys.engine.shapes.cylinder import Cylinder
 from atlasphys.engine.shapes.hull import ConvexHull, octahedron, pyramid, tetrahedron
-from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.shape import Shape
 from atlasphys.engine.shapes.sphere import Sphere
 from atlasphys.engine.shapes.table import Shapes, ShapeTable
 from atlasphys.engine.state.bodies import Bodies, empty_bodies
 from atlasphys.engine.state.colliders import Colliders, empty_colliders
 from atlasphys.engine.state.contacts import Contacts, empty_contacts
-from tests.reference.narrowphase import rotation, sweep
+from tests.reference.narrowphase import rotation
+from tests.reference.sweep import placed, sweeps
 
 Array = npt.NDArray[np.float64]
 
@@ -97,23 +99,7 @@ CUBE_TURNS = [
 """Turns that bring a cube's axes onto its axes."""
 
 
-def random_shape(kind: str, rng: np.random.Generator, size: float = 1.0, thin: bool = False) -> Shape:
-    """A shape about ``size`` across; a thin one is a thousandth of that one way."""
-    s = size * rng.uniform(0.5, 1.5, 3)
-    if thin:
-        s[rng.integers(2)] *= 1e-3
-    if kind == "sphere":
-        return Sphere(0.5 * s[0])
-    if kind == "capsule":
-        return Capsule(0.3 * s[0], s[1])
-    if kind == "box":
-        return Box((s[0], s[1], s[2]))
-    if kind == "cylinder":
-        return Cylinder(0.5 * s[0], s[1])
-    if kind == "cone":
-        return Cone(0.5 * s[0], s[1])
-    assert kind == "hull"
-    form = rng.integers(4)
+def _hull(form: int, s: Array, rng: np.random.Generator) -> ConvexHull:
     if form == 0:
         return tetrahedron(0.6 * s[2])
     if form == 1:
@@ -123,46 +109,125 @@ def random_shape(kind: str, rng: np.random.Generator, size: float = 1.0, thin: b
     return ConvexHull(rng.normal(size=(12, 3)) * 0.4 * s)
 
 
-def random_pose(kind_a: str, kind_b: str, rng: np.random.Generator, case: str) -> Pose:
-    """A pair of overlapping shapes (unless ``case`` is "apart").
+@cache
+def _hulls(number: int, size: float, thin: bool) -> ConvexHull:
+    """One of the hulls that are made once and used in many pairs, for Qhull takes its time."""
+    rng = np.random.default_rng(number)
+    return _hull(number % 4, _sizes(rng, size, thin), rng)
 
-    Cases: random; deep; apart; aligned (axes along axes, offsets in quarters); identical (the same shape at the same
-    place); concentric (turned about the same point); touching (moved apart to an overlap of zero by the sweep's
-    answer); tiny; huge; thin.
+
+def _sizes(rng: np.random.Generator, size: float, thin: bool) -> Array:
+    s = size * rng.uniform(0.5, 1.5, 3)
+    if thin:
+        s[rng.integers(2)] *= 1e-3
+    return s
+
+
+def random_shape(kind: str, rng: np.random.Generator, size: float = 1.0, thin: bool = False) -> Shape:
+    """A shape about ``size`` across; a thin one is a thousandth of that one way."""
+    if kind == "hull":
+        return _hulls(int(rng.integers(240)), size, thin)
+    s = _sizes(rng, size, thin)
+    if kind == "sphere":
+        return Sphere(0.5 * s[0])
+    if kind == "capsule":
+        return Capsule(0.3 * s[0], s[1])
+    if kind == "box":
+        return Box((s[0], s[1], s[2]))
+    if kind == "cylinder":
+        return Cylinder(0.5 * s[0], s[1])
+    assert kind == "cone"
+    return Cone(0.5 * s[0], s[1])
+
+
+def scale_of(case: str) -> float:
+    """About how large the shapes of a case are [m]."""
+    return {"tiny": 1e-3, "huge": 1e3}.get(case, 1.0)
+
+
+def _random_shapes(kind_a: str, kind_b: str, rng: np.random.Generator, case: str) -> tuple[Shape, Shape]:
+    a = random_shape(kind_a, rng, scale_of(case), case == "thin")
+    if kind_a == kind_b and (case == "identical" or (case == "parallel" and kind_a == "hull")):
+        return a, a
+    if case == "aligned" and kind_a == kind_b == "box":
+        half, other = 0.5 * rng.integers(1, 4, (2, 3))
+        return Box(tuple(half)), Box(tuple(other))
+    return a, random_shape(kind_b, rng, scale_of(case), case == "thin")
+
+
+def _turns(a: Shape, rng: np.random.Generator, case: str) -> tuple[Array, Array]:
+    if case in ("aligned", "identical"):
+        turn = CUBE_TURNS[rng.integers(7)]
+        return turn, turn if case == "identical" else CUBE_TURNS[rng.integers(7)]
+    turn = turned(rng)
+    if case != "parallel":
+        return turn, turned(rng)
+    axis = np.eye(3)[rng.integers(3)]
+    if isinstance(a, ConvexHull):
+        i, j = a.polyhedron.edges[0, :2]
+        axis = np.subtract(a.vertices[j], a.vertices[i])
+        axis /= np.linalg.norm(axis)
+    angle = rng.uniform(0.0, 3.0)
+    return turn, turn @ rotation((math.cos(angle), *(math.sin(angle) * axis)))
+
+
+def random_poses(kind_a: str, kind_b: str, rng: np.random.Generator, case: str, number: int = 1) -> list[Pose]:
+    """Pairs of shapes, overlapping unless the case says otherwise.
+
+    Cases: random; deep; aligned (axes along axes, offsets in quarters); parallel (turned about an edge or axis of the
+    first); identical (the same shape at the same place); concentric (turned about the same point); touching (moved
+    apart to an overlap of zero by the sweep's answer); near (a gap of up to 1e-3 of the size, as often an overlap);
+    apart (a gap of up to a fifth of the size); tiny; huge; thin.
     """
-    size = {"tiny": 1e-3, "huge": 1e3}.get(case, 1.0)
-    thin = case == "thin"
-    a = random_shape(kind_a, rng, size, thin)
-    b = a if case == "identical" and kind_a == kind_b else random_shape(kind_b, rng, size, thin)
-    if case == "aligned" and kind_a == "box" and kind_b == "box":
-        a, b = (Box(tuple(rng.integers(1, 4, 3) * 0.5)) for _ in range(2))
-    aligned = case in ("aligned", "identical")
-    turn_a = CUBE_TURNS[rng.integers(7)] if aligned else turned(rng)
-    turn_b = CUBE_TURNS[rng.integers(7)] if aligned else turned(rng)
-    if case == "identical":
-        turn_b = turn_a
-    direction = rng.normal(size=3)
-    direction /= np.linalg.norm(direction)
+    size = scale_of(case)
+    shapes: list[Shape] = []
+    turns: list[Array] = []
+    for _ in range(number):
+        shapes += _random_shapes(kind_a, kind_b, rng, case)
+        turns += _turns(shapes[-2], rng, case)
     if case == "aligned":
-        offset = rng.integers(-3, 4, 3) * 0.25
+        offsets = 0.25 * rng.integers(-3, 4, (number, 3))
     elif case in ("identical", "concentric"):
-        offset = np.zeros(3)
+        offsets = np.zeros((number, 3))
     else:
         # Push b in from outside along a random direction.
-        offset = np.zeros(3)
-        depth, n = sweep(a, b, turn_a, turn_b, offset, starts=2, rounds=20)
+        depth, n = sweeps(placed(shapes, turns, np.zeros((number, 3))))
+        u = rng.uniform(size=(number, 1))
+        depth = depth[:, None]
+        aside = rng.normal(size=(number, 3))
+        aside /= np.linalg.norm(aside, axis=1, keepdims=True)
         if case == "deep":
-            offset = direction * 0.3 * depth
-        elif case == "apart":
-            offset = n * (depth + size * rng.uniform(0.0, 1.0)) + 0.2 * size * rng.normal(size=3)
+            offsets = 0.3 * depth * aside
         elif case == "touching":
-            offset = n * depth
+            offsets = depth * n
+        elif case == "near":
+            offsets = (depth + 1e-3 * (2.0 * u - 1.0)) * n
+        elif case == "apart":
+            # Along another direction the gap shows another place of the surfaces.
+            pairs = placed(shapes, turns, (depth + 0.2) * n + 0.3 * depth * aside)
+            gap, n = sweeps(pairs)
+            offsets = pairs.offset + (gap[:, None] + 0.2 * u) * n
         else:
-            offset = n * depth * rng.uniform(0.6, 1.0) + 0.1 * depth * direction
-    position_a = size * rng.uniform(-1, 1, 3)
-    return Pose(a, b, position_a, position_a + offset, turn_a, turn_b)
+            offsets = depth * (u * 0.4 + 0.6) * n + 0.1 * depth * aside
+    positions = size * rng.uniform(-1, 1, (number, 3))
+    return [
+        Pose(shapes[2 * k], shapes[2 * k + 1], position, position + offset, turns[2 * k], turns[2 * k + 1])
+        for k, (position, offset) in enumerate(zip(positions, offsets, strict=True))
+    ]
 
 
 KINDS = ("sphere", "capsule", "box", "cylinder", "cone", "hull")
-CASES = ("random", "deep", "aligned", "identical", "concentric", "touching", "tiny", "huge", "thin", "apart")
-PLANE = Plane
+CASES = (
+    "random",
+    "deep",
+    "aligned",
+    "parallel",
+    "identical",
+    "concentric",
+    "touching",
+    "near",
+    "apart",
+    "tiny",
+    "huge",
+    "thin",
+)

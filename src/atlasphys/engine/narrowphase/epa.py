@@ -15,8 +15,9 @@ import math
 import numpy as np
 
 from atlasphys.engine.jit import routine
-from atlasphys.engine.math import vec
+from atlasphys.engine.math import mat, vec
 from atlasphys.engine.narrowphase.gjk import ON_A, difference_support, precision
+from atlasphys.engine.shapes.table import CONE, CYLINDER, KIND
 
 MAX_VERTICES = 64
 """Polyhedra need about 10, most curved cores 20 to 40. Smaller: some of those are left with a deeper normal than the
@@ -27,18 +28,23 @@ FINAL_STEPS = 20
 not the flattest bit of the boundary around it is returned. Larger: fewer are left to find the best place."""
 
 MAX_FACES = 2 * MAX_VERTICES
+"""A closed surface of triangles has four less."""
+
+SEEN, TAKEN = 1, 2
+"""Marks of faces that a new vertex sees, and of those of them that are replaced."""
 
 
 @routine
 def polytope_scratch(real):
     """Memory for one polytope: vertices (6 columns: of A − B and on A), face planes, face corners, horizon edges.
 
-    A plane has a fifth column: its distance again, or infinity if there is no more to be found beyond the face.
+    Corners have a fourth column for a mark. A plane has a fifth column: its distance again, or infinity if there is
+    no more to be found beyond the face.
     """
     return (
         np.empty((MAX_VERTICES, 6), real),
         np.empty((MAX_FACES, 5), real),
-        np.empty((MAX_FACES, 3), np.int32),
+        np.empty((MAX_FACES, 4), np.int32),
         np.empty((MAX_FACES, 2), np.int32),
     )
 
@@ -92,18 +98,21 @@ def _span_direction(vertices, count, trial):
 
 
 @routine
-def _span(shapes, pair, vertices, count, tolerance):
-    """Add support points until there are four that span a volume.
+def _span(shapes, pair, vertices, count, size):
+    """Add support points until there are four that span a volume. ``size`` is the greatest length of those there are.
 
     Returns the number of vertices, and a unit vector at right angles to all of A − B when that is flat (fewer than
     four).
     """
-    best = tolerance
+    zero = type(size)(0)
+    tolerance = type(size)(32) * precision(size)
+    best = zero
     trial = 0
     direction = _span_direction(vertices, count, 0)
     while count < 4:
         direction = _span_direction(vertices, count, trial)
         w, on_a = difference_support(shapes, pair, direction)
+        size = max(size, vec.length(w))
         off = vec.sub(w, vec.load(vertices, 0))
         if count == 1:
             distance = vec.length(off)
@@ -112,56 +121,109 @@ def _span(shapes, pair, vertices, count, tolerance):
             distance = vec.length(vec.cross(t, off))
         else:
             distance = abs(vec.dot(direction, off))
-        if distance > best:
+        if distance > max(best, tolerance * size):
             best = distance
             _add_vertex(vertices, count, w, on_a)
         trial += 1
         if trial == 8 - 2 * count:
-            if best <= tolerance:
+            if best == 0:
                 break
-            count, trial, best = count + 1, 0, tolerance
+            count, trial, best = count + 1, 0, zero
     return count, direction
+
+
+@routine
+def _take(corners, edges, f, horizon):
+    """Take face f into the disc of faces whose rim is the first ``horizon`` edges, if it stays a disc.
+
+    It does if the two share one edge and not the corner opposite to that, or two edges. Returns the new number of
+    edges.
+    """
+    shared = 0
+    for k in range(3):
+        i, j, opposite = corners[f, k], corners[f, (k + 1) % 3], corners[f, (k + 2) % 3]
+        for e in range(horizon):
+            # Two faces walk along a common edge in opposite directions.
+            if edges[e, 0] == j and edges[e, 1] == i:
+                shared += 1
+                for other in range(horizon):
+                    if edges[other, 0] == opposite:
+                        shared += 2
+    # Two shared edges are met twice, each with its opposite corner on the rim.
+    if horizon > 0 and shared != 1 and shared != 6:
+        return horizon
+    corners[f, 3] = TAKEN
+    for k in range(3):
+        i, j = corners[f, k], corners[f, (k + 1) % 3]
+        twin = -1
+        for e in range(horizon):
+            if edges[e, 0] == j and edges[e, 1] == i:
+                twin = e
+        if twin >= 0:
+            horizon -= 1
+            edges[twin, 0], edges[twin, 1] = edges[horizon, 0], edges[horizon, 1]
+        else:
+            edges[horizon, 0], edges[horizon, 1] = i, j
+            horizon += 1
+    return horizon
 
 
 @routine
 def _replace_seen(vertices, planes, corners, edges, faces, closest, new, tolerance):
     """Replace the faces which vertex ``new`` sees by a fan over their horizon.
 
-    Returns the number of the first new face and the number of faces. The latter is 0 if there was no room.
+    They are taken in from the closest face outwards, and only while they make up a disc: what round-off says of faces
+    in one plane with the vertex may be a ring or islands, over whose rims no fan closes the surface.
+
+    Returns the number of the first new face and the number of faces.
     """
     w = vec.load(vertices, new)
-    horizon = 0
-    f = 0
+    for f in range(faces):
+        corners[f, 3] = SEEN if vec.dot(vec.load(planes, f), w) > planes[f, 3] + tolerance else 0
+    horizon = _take(corners, edges, closest, 0)
+    grown = True
+    while grown:
+        grown = False
+        for f in range(faces):
+            if corners[f, 3] == SEEN:
+                horizon = _take(corners, edges, f, horizon)
+                grown |= corners[f, 3] == TAKEN
     kept = 0
-    while f < faces:
-        seen = f == closest or vec.dot(vec.load(planes, f), w) > planes[f, 3] + tolerance
-        if seen:
-            for k in range(3):
-                i, j = corners[f, k], corners[f, (k + 1) % 3]
-                # An edge between two seen faces comes up once in each direction, and is not on the horizon.
-                twin = -1
-                for e in range(horizon):
-                    if edges[e, 0] == j and edges[e, 1] == i:
-                        twin = e
-                if twin >= 0:
-                    horizon -= 1
-                    edges[twin, 0], edges[twin, 1] = edges[horizon, 0], edges[horizon, 1]
-                elif horizon < len(edges):
-                    edges[horizon, 0], edges[horizon, 1] = i, j
-                    horizon += 1
-        else:
+    for f in range(faces):
+        if corners[f, 3] != TAKEN:
             if kept != f:
                 for k in range(5):
                     planes[kept, k] = planes[f, k]
                 for k in range(3):
                     corners[kept, k] = corners[f, k]
             kept += 1
-        f += 1
-    if kept + horizon > len(planes):
-        return 0, 0
     for e in range(horizon):
         _set_face(vertices, planes, corners, kept + e, edges[e, 0], edges[e, 1], new, tolerance)
     return kept, kept + horizon
+
+
+@routine
+def _wall_normal(shapes, pair, side, n):
+    """The normal n turned into that of a cylinder's or cone's curved wall, at the azimuth of n about its axis.
+
+    ``side`` is 1 for shape a, 2 for shape b. For other shapes it is n itself.
+    """
+    row = pair[0] if side == 1 else pair[1]
+    rotation = pair[2] if side == 1 else pair[3]
+    kind = shapes.layout[row, KIND]
+    if kind not in (CYLINDER, CONE):
+        return n
+    x, y, z = mat.transpose_mul_vec(rotation, n)
+    if kind == CYLINDER:
+        y = type(y)(0)
+    else:
+        # In the half-plane of the azimuth the wall's normal is (2h, r).
+        outward = type(y)(1 if side == 1 else -1)
+        y = outward * math.sqrt(x * x + z * z) * shapes.size[row, 0] / (shapes.size[row, 1] + shapes.size[row, 1])
+    length = math.sqrt(x * x + y * y + z * z)
+    if length == 0:
+        return n
+    return vec.scale(mat.mul_vec(rotation, (x, y, z)), type(y)(1) / length)
 
 
 @routine
@@ -194,7 +256,7 @@ def epa(shapes, pair, simplex, count, hint, polytope):
         n = vec.cross(vec.sub(b, a), vec.sub(c, a))
         if abs(vec.dot(n, vec.sub(vec.load(vertices, 3), a))) <= type(zero)(32) * eps * size * vec.length(n):
             count = 3
-    count, flat = _span(shapes, pair, vertices, count, type(zero)(32) * eps * size)
+    count, flat = _span(shapes, pair, vertices, count, size)
     if count < 4:
         # A − B is flat (points, segments and discs): it can be left at right angles, and the depth is zero.
         if count == 1 and vec.length_squared(hint) > 0:
@@ -218,23 +280,31 @@ def epa(shapes, pair, simplex, count, hint, polytope):
     best = type(zero)(math.inf)
     normal = flat
     newest = 0
-    while True:
-        closest = newest if count > MAX_VERTICES - FINAL_STEPS else 0
+    wall = 0  # 1 and 2: try the walls of a and b, in case a whole circle of normals about them is equally good
+    while wall < 3:
+        late = count > MAX_VERTICES - FINAL_STEPS
+        closest = newest if late else 0
         for f in range(closest + 1, faces):
             if planes[f, 4] < planes[closest, 4]:
                 closest = f
-        n = vec.load(planes, closest)
         lower = planes[closest, 4]
-        if lower >= best or lower == math.inf:
-            break
+        if wall == 0 and (lower >= best or lower == math.inf):
+            if not late:
+                break
+            wall = 1
+        n = vec.load(planes, closest) if wall == 0 else _wall_normal(shapes, pair, wall, normal)
         w, w_on_a = difference_support(shapes, pair, n)
         h = vec.dot(w, n)
         if h < best:
             best = h
             normal = n
-            on_a = _on_a(vertices, corners, closest, n, lower)
-        if best - lower <= noise + relative * best or count == MAX_VERTICES:
+            on_a = _on_a(vertices, corners, closest, n, lower) if wall == 0 else w_on_a
+        done = best - lower <= noise + relative * best
+        if done and not late:
             break
+        if done or wall > 0 or count == MAX_VERTICES:
+            wall += 1
+            continue
         known = False
         for i in range(count):
             if vec.length_squared(vec.sub(vec.load(vertices, i), w)) <= noise * noise:
@@ -245,8 +315,6 @@ def epa(shapes, pair, simplex, count, hint, polytope):
         _add_vertex(vertices, count, w, w_on_a)
         newest, faces = _replace_seen(vertices, planes, corners, edges, faces, closest, count, noise)
         count += 1
-        if faces < 1:
-            break
     return normal, best, on_a
 
 

@@ -177,8 +177,8 @@ def _holds(simplex, count, w):
 def _squared_up(simplex, count, v):
     """v made exactly square to the simplex on which it was found.
 
-    As a weighted sum v is as wrong as its points are: for a small gap, that is a large angle. The simplex's own
-    directions are wrong by the same, so they are better known than v as long as the simplex is wider than v is long.
+    As a weighted sum v is as wrong as its points are, on a sliver of a triangle worse: for a small gap, that is a large
+    angle. The simplex's own directions are better known as long as the simplex is longer than v.
     """
     a = _row(simplex, 0)
     t = vec.sub(_row(simplex, 1), a)
@@ -189,8 +189,8 @@ def _squared_up(simplex, count, v):
         n = vec.cross(t, u)
         squared = vec.length_squared(n)
         longest = max(vec.length_squared(t), vec.length_squared(u), vec.length_squared(vec.sub(u, t)))
-        if squared > longest * vec.length_squared(v):
-            return vec.scale(n, vec.dot(n, a) / squared)
+        if squared > 0 and longest > vec.length_squared(v):
+            return vec.scale(n, vec.dot(n, v) / squared)
     return v
 
 
@@ -244,7 +244,7 @@ def gjk(shapes, pair, start, limit, simplex):
                 closest_on_a, (simplex[i, ON_A], simplex[i, ON_A + 1], simplex[i, ON_A + 2]), simplex[i, WEIGHT]
             )
         previous = vv
-        v, on_a = closest, closest_on_a
+        v, on_a = _squared_up(simplex, count, closest), closest_on_a
         vv = vec.length_squared(v)
         if count == 4:
             return OVERLAPPING, v, on_a, count
@@ -254,7 +254,6 @@ def gjk(shapes, pair, start, limit, simplex):
             break  # round-off has stopped the descent: this is as good as it gets
     # What was found is not |v| but how far n = −v / |v| parts the cores, for the n that parts them farthest: round-off
     # in v cannot make the two disagree.
-    v = _squared_up(simplex, count, v)
     length = vec.length(v)
     w, _ = difference_support(shapes, pair, vec.neg(v))
     vw = vec.dot(v, w)
