@@ -240,7 +240,6 @@ def test_a_full_disk_ends_the_recording_and_keeps_what_was_stored(tmp_path, monk
 
 
 def test_an_existing_file_is_replaced_and_no_other_is_left(tmp_path):
-    (tmp_path / "a.h5").write_text("old")
     record(tmp_path / "a.h5", 1)
     record(tmp_path / "a.h5", 2)
     with ap.Recording(tmp_path / "a.h5") as recording:
@@ -341,3 +340,16 @@ def test_the_file_is_plain_hdf5(recorded):
     with h5py.File(recorded) as file:
         poses = file["poses"]
         assert (poses.shape, poses.chunks, poses.compression, poses.shuffle) == ((123, 3, 7), (50, 64, 7), "gzip", True)
+
+
+def test_a_recording_replaces_recordings_but_no_other_file(tmp_path):
+    world = ap.World()
+    scene = tmp_path / "scene.toml"
+    scene.write_text("version = 1\n")
+    with pytest.raises(ap.RecordingError, match="is no recording; it is not replaced"):
+        ap.Recorder(scene, world)
+    assert scene.read_text() == "version = 1\n"
+    for _ in range(2):
+        with ap.Recorder(tmp_path / "a.h5", world):
+            pass
+    assert len(ap.Recording(tmp_path / "a.h5")) == 0

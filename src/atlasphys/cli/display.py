@@ -70,9 +70,12 @@ class Display:
         compiled = self._compiled()
         if compiled or self._compiled_before == 0:
             if not self._said_waiting and not self._console.is_terminal:
-                self._console.print("compiling kernels: this takes a while, on the first run only", highlight=False)
+                self._console.print(
+                    "compiling kernels: this takes up to a minute, once for each kind of shape and setting",
+                    highlight=False,
+                )
                 self._said_waiting = True
-            return f"compiling kernels, first run only: {compiled} done, {waited:.0f} s"
+            return f"compiling kernels, once for each kind of shape and setting: {compiled} done, {waited:.0f} s"
         return f"loading kernels, {waited:.0f} s" if self._simulation.progress.steps == 0 else ""
 
     def _compiled(self) -> int:

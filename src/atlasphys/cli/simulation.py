@@ -20,7 +20,7 @@ IN_PLACE, FELL = 0.05, 0.25
 """A body counts as in place if it is nearer to where it began, as fallen if it sank by more [m, times length_unit]."""
 
 AT_REST = 0.05
-"""A body that is slower than this counts as at rest [m/s, times length_unit]."""
+"""A body counts as at rest if it is slower than this [m/s, times length_unit] and turns more slowly than this [rad/s]."""
 
 
 @dataclass
@@ -184,6 +184,7 @@ def _what_stood(simulation: Simulation, world: World, begin: Start) -> dict[str,
     distance = np.sqrt((shift**2).sum(axis=1))
     drop = (shift * down).sum(axis=1)
     speed = np.sqrt((bodies.velocity[dynamic].astype(np.float64) ** 2).sum(axis=1))
+    turning = np.sqrt((bodies.angular_velocity[dynamic].astype(np.float64) ** 2).sum(axis=1))
     fallen = np.flatnonzero(drop > FELL * unit)
     farthest = int(distance.argmax()) if len(dynamic) else None
     return {
@@ -193,7 +194,7 @@ def _what_stood(simulation: Simulation, world: World, begin: Start) -> dict[str,
         "fallen": [
             simulation.name_of(int(dynamic[row])) for row in fallen[np.argsort(-drop[fallen], kind="stable")][:5]
         ],
-        "at_rest": int((speed < AT_REST * unit).sum()),
+        "at_rest": int(((speed < AT_REST * unit) & (turning < AT_REST)).sum()),
         "farthest": None
         if farthest is None
         else {"body": simulation.name_of(int(dynamic[farthest])), "distance": float(distance[farthest])},

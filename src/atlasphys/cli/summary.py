@@ -55,7 +55,7 @@ def _what_stood(summary: dict[str, Any]) -> list[tuple[str, str]]:
     return [
         ("in place", f"{summary['in_place']} of {count}, within {IN_PLACE * unit:g} m of where they began{moved}"),
         ("fell", f"{summary['fell']} of {count}, by more than {FELL * unit:g} m{fell}"),
-        ("at rest", f"{summary['at_rest']} of {count}, slower than {AT_REST * unit:g} m/s"),
+        ("at rest", f"{summary['at_rest']} of {count}, slower than {AT_REST * unit:g} m/s and {AT_REST:g} rad/s"),
     ]
 
 

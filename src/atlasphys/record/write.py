@@ -19,6 +19,9 @@ from atlasphys.record.layout import CHUNK_BODIES, CHUNK_STEPS, FORMAT, VERSION
 from atlasphys.scene.build import describe_body
 from atlasphys.scene.scene import Scene
 
+HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+"""What every HDF5 file, so every recording, begins with."""
+
 if TYPE_CHECKING:
     from atlasphys.world.world import World
 
@@ -57,6 +60,7 @@ class Recorder:
         import h5py
 
         self.path = Path(path)
+        _refuse_other_files(self.path)
         self.steps = 0
         """Number of recorded steps."""
         self._world = world
@@ -184,6 +188,17 @@ def _empty_recording(scene: Scene) -> bytes:
             "poses", (0, 0, 7), "f8", maxshape=(None, None, 7), chunks=chunks, fillvalue=np.nan, **packed
         )
     return image.getvalue()
+
+
+def _refuse_other_files(path: Path) -> None:
+    """A recording may replace a recording, but nothing else that is not empty."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(len(HDF5_SIGNATURE))
+    except (OSError, ValueError):
+        return  # new, or what cannot be written either
+    if start and start != HDF5_SIGNATURE:
+        raise RecordingError(f"{path}: is there already and is no recording; it is not replaced")
 
 
 def _replace(path: Path, content: bytes) -> None:

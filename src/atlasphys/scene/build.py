@@ -15,7 +15,7 @@ from atlasphys.errors import InvalidArgumentError
 from atlasphys.scene.faults import Fault, Source, argument_fault, did_you_mean
 from atlasphys.scene.schema import SHAPES, BodyModel, SceneModel, WorldModel
 from atlasphys.world.body import Body
-from atlasphys.world.world import World
+from atlasphys.world.world import DEFAULT_PRESET, PRESETS, World
 
 
 def build_world(scene: SceneModel, source: Source, settings: dict[str, Any]) -> World:
@@ -59,7 +59,7 @@ def _make_world(model: WorldModel, settings: dict[str, Any]) -> World:
     arguments = {name: value for name, value in model.given().items() if name not in replaced} | settings
     solver_settings = arguments.pop("solver_settings", None)
     if solver_settings:
-        solver = arguments.get("solver")
+        solver = arguments.get("solver") or PRESETS.get(arguments.get("preset", ""), PRESETS[DEFAULT_PRESET])["solver"]
         if solver not in SOLVERS:
             raise InvalidArgumentError(
                 f"solver must be one of {', '.join(SOLVERS)} where it has settings (got {solver!r})"

@@ -171,6 +171,11 @@ class World:
         """Ids given from now on differ from those given in any other branch of this world's history."""
         self._generation = secrets.randbits(31)
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_") and not isinstance(getattr(type(self), name, None), property):
+            raise AttributeError(f"a world has no setting {name!r}")
+        super().__setattr__(name, value)
+
     # Settings --------------------------------------------------------------------------------------------------------
 
     @property
@@ -566,6 +571,8 @@ class World:
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot. Handles of bodies that are in it stay good; those of other bodies raise.
+
+        The snapshot may be one of another world, which this one then goes on from.
 
         Raises:
             InvalidArgumentError: not a snapshot, or one of a world of another precision.
