@@ -1,5 +1,6 @@
 """The command line, run as its users run it: in a process of its own."""
 
+import contextlib
 import json
 import os
 import re
@@ -267,7 +268,7 @@ def start_long_run(path, *words):
     deadline = time.monotonic() + 60
     while time.monotonic() < deadline:
         if path.exists():
-            with ap.Recording(path) as recording:
+            with contextlib.suppress(ap.RecordingError), ap.Recording(path) as recording:  # a commit may be under way
                 if len(recording):
                     return process
         time.sleep(0.02)

@@ -26,14 +26,9 @@ MAX_CORRECTION = 0.2
 RESTITUTION_THRESHOLD = 1.0
 """Approach speed below which contacts do not bounce. Smaller: resting bodies rattle. Larger: slow bounces are lost."""
 
-# Pure numbers --------------------------------------------------------------------------------------------------------
-
-MAX_MANIFOLD_POINTS = 4
-"""Contact points kept per pair. Four hold a face steady; more cost time and make the system more singular."""
-
 
 class Tolerances(NamedTuple):
-    """The lengths and speeds above, scaled to a world's length unit."""
+    """The lengths above, scaled to a world's length unit."""
 
     slop: float
     margin: float

@@ -32,8 +32,9 @@ LONGEST_WAIT = 2.0
 class Recorder:
     """Records the poses of a world's bodies in a file, step by step.
 
-    The file can be read while it is written and after the writer was killed, at any moment: it then ends with the last
-    steps that had reached it. Bodies may be added and removed between steps. An existing file is replaced.
+    The file can be read after the writer was killed, at any moment: it then ends with the last steps that had reached it.
+    It can also be read while it is written, but not during a commit (some milliseconds, every 50 steps): a reader that comes
+    upon one gets a RecordingError and should open the file again. Bodies may be added and removed between steps. An existing file is replaced.
 
     Args:
         path: the file, usually ``.h5``.

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from atlasphys.engine.broadphase import BROADPHASES
+from atlasphys.engine.constants import RESTITUTION_THRESHOLD
 from atlasphys.engine.manifold.build import COMBINE_RULES
 from atlasphys.engine.shapes.mass import mass_properties
 from atlasphys.engine.shapes.plane import Plane
@@ -95,8 +96,8 @@ class World:
         threads: number of threads; 1.
         precision: ``"single"`` (faster) or ``"double"``, for all but positions, which are always double.
         sleeping: whether resting bodies are left out of the computation until something disturbs them; False.
-        length_unit: typical size of a body [m]. All tolerances that are lengths or speeds scale with it: set 0.01 for a scene of
-            marbles, 100 for one of houses.
+        length_unit: typical size of a body [m]. All tolerances that are lengths, and ``restitution_threshold``'s default, scale with
+            it: set 0.01 for a scene of marbles, 100 for one of houses.
         restitution_threshold: approach speed below which contacts do not bounce [m/s]. Default: 1 m/s × ``length_unit`` / m.
         friction_combine, restitution_combine: how the coefficients of two bodies make that of their contact:
             ``"geometric_mean"``, ``"average"``, ``"min"``, ``"max"`` or ``"multiply"``.
@@ -157,7 +158,9 @@ class World:
         environment = Environment(
             gravity=_gravity(gravity),
             length_unit=unit,
-            restitution_threshold=_threshold(unit if restitution_threshold is None else restitution_threshold),
+            restitution_threshold=_threshold(
+                RESTITUTION_THRESHOLD * unit if restitution_threshold is None else restitution_threshold
+            ),
             friction_rule=COMBINE_RULES[choice("friction_combine", friction_combine, COMBINE_RULES)],
             restitution_rule=COMBINE_RULES[choice("restitution_combine", restitution_combine, COMBINE_RULES)],
         )

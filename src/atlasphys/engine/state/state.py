@@ -16,7 +16,7 @@ import numpy.typing as npt
 from atlasphys.engine.constants import Tolerances, tolerances
 from atlasphys.engine.jit import kernel
 from atlasphys.engine.shapes.table import ShapeTable
-from atlasphys.engine.state.arrays import aligned_copy, copy_rows, with_capacity
+from atlasphys.engine.state.arrays import copy_rows, with_capacity
 from atlasphys.engine.state.bodies import Bodies, empty_bodies
 from atlasphys.engine.state.colliders import Colliders, empty_colliders
 from atlasphys.engine.state.contacts import Contacts, empty_contacts
@@ -109,9 +109,7 @@ class State:
     def _make_buffers(self) -> None:
         """Buffers whose content does not outlive a step."""
         capacity = len(self.bodies.kind)
-        self.remembered = Remembered(
-            *(aligned_copy(a) for a in (self.bodies.position, self.bodies.orientation, self.bodies.motion))
-        )
+        self.remembered = copy_rows(self._to_remember())
         self.row_buffer: npt.NDArray[np.int32] = np.zeros(capacity, np.int32)
         self.displacement: npt.NDArray[Any] = np.zeros((capacity, 6), self.real)
         self.spin_change: npt.NDArray[Any] = np.zeros((capacity, 3), self.real)
@@ -197,16 +195,15 @@ class State:
         self._remember(slice(0, self.count))
 
     def _remember(self, rows: slice) -> None:
-        for then, now in zip(
-            self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True
-        ):
+        for then, now in zip(self.remembered, self._to_remember(), strict=True):
             then[rows] = now[rows]
+
+    def _to_remember(self) -> Remembered:
+        return Remembered(self.bodies.position, self.bodies.orientation, self.bodies.motion)
 
     def roll_back(self) -> None:
         """Return to the remembered state. Manifolds need no copy: a step builds the next ones beside them."""
-        for then, now in zip(
-            self.remembered, (self.bodies.position, self.bodies.orientation, self.bodies.motion), strict=True
-        ):
+        for then, now in zip(self.remembered, self._to_remember(), strict=True):
             now[: self.count] = then[: self.count]
         refresh(self.bodies, 0, self.count)
 
