@@ -136,6 +136,19 @@ def test_parallel_capsules_touch_at_both_ends_of_what_they_share() -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
+def test_capsules_on_one_line_part_sideways(method: str) -> None:
+    # In single precision the nearest points of the two segments are 2e-8 m apart here, along the line.
+    a, b = Capsule(0.32430662, 1.4470218), Capsule(0.27694546, 1.0250993)
+    pose = placed(a, b, (0.0, 0.75, 0.0), rotation((0, 1, 0, 0)))._replace(
+        position_a=np.array([0.65109291, 0.8272716, -0.56439045]),
+        position_b=np.array([0.65109291, 1.5772716, -0.56439045]),
+    )
+    found = one(pose, method, real=np.float32)
+    assert found.normal[1] == pytest.approx(0.0, abs=1e-6)
+    assert found.depth.max() == pytest.approx(a.radius + b.radius, abs=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_a_capsule_lies_on_a_box_at_two_points(method: str) -> None:
     ground = Box((4.0, 1.0, 4.0))
     lying = Pose(Capsule(0.25, 1.0), ground, np.zeros(3), np.array([0, -0.74, 0]), rotation((1, 1, 0, 0)), STILL)

@@ -35,13 +35,12 @@ def capsule_capsule(rows, bodies, colliders, shapes, margin, contacts):
         depth = radius_a + radius_b - distance
         if depth <= -margin:
             continue
-        # Inside both segments the normal is square to both axes; where they all but cross, nothing else is known of it.
+        # Inside both segments the normal is square to both axes; where they all but touch, nothing else is known of it.
         across = vec.cross(axis_a, axis_b)
         sine = vec.length(across)
-        crossing = 0 < s < 1 and 0 < t < 1
-        if not crossing:
-            crossing = distance <= real(64) * precision(distance) * (half_a + half_b + vec.length(d))
-        if distance > 0 and (not crossing or sine <= real(0.001)):
+        touching = distance <= real(64) * precision(distance) * (half_a + half_b + vec.length(d))
+        crossing = 0 < s < 1 and 0 < t < 1 and sine > real(0.001)
+        if not touching and not crossing:
             normal = vec.scale(between, real(1) / distance)
         else:
             if sine > real(0.001):
