@@ -33,6 +33,10 @@ def _no_branch(self: Any) -> bool:
     )
 
 
+def _no_in_place(self: Any, other: Any) -> Any:
+    raise TypeError("write x = x + y, not x += y: the NumPy reading would change every name of the array")
+
+
 class Lanes:
     """Eight numbers of one dtype, float32, float64, int32 or int64, in a vector register.
 
@@ -42,6 +46,7 @@ class Lanes:
     __array_ufunc__ = None  # NumPy scalars leave their operators to these
     __hash__ = None  # type: ignore[assignment]
     __bool__ = _no_branch
+    __iadd__ = __isub__ = __imul__ = __itruediv__ = __iand__ = __ior__ = _no_in_place
 
     def __init__(self, builder: Any, dtype: np.dtype[Any], value: Any) -> None:
         self.builder, self.dtype, self.value = builder, dtype, value
@@ -182,6 +187,7 @@ class Mask:
 
     __hash__ = None  # type: ignore[assignment]
     __bool__ = _no_branch
+    __iand__ = __ior__ = _no_in_place
 
     def __init__(self, builder: Any, value: Any) -> None:
         self.builder, self.value = builder, value
@@ -208,6 +214,9 @@ class Mask:
 
     def __or__(self, other: Any) -> Mask:
         return self._combine("or_", other)
+
+    def __eq__(self, other: object) -> Any:
+        raise TypeError("masks are not compared: use the operators & | ~")
 
     def __invert__(self) -> Mask:
         return Mask(self.builder, self.builder.not_(self.value))

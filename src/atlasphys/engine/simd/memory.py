@@ -24,8 +24,16 @@ _I32, _I64 = ir.IntType(32), ir.IntType(64)
 class Index:
     """An integer, the same for all lanes, that is known only when the kernel runs: a block's number."""
 
+    __hash__ = None  # type: ignore[assignment]
+
     def __init__(self, builder: Any, value: Any) -> None:
         self.builder, self.value = builder, value
+
+    def __bool__(self) -> bool:
+        raise TypeError("an index is not known while the body is traced: branch on it in the driver")
+
+    def __eq__(self, other: object) -> bool:
+        return bool(self)
 
     def _emit(self, name: str, other: Any) -> Index:
         return Index(self.builder, getattr(self.builder, name)(self.value, as_i64(other)))
