@@ -117,6 +117,8 @@ def solve_contacts_scalar(contacts, bodies, motions, constants, relax, sweeps):
                 # fmt: off
                 ma, mb = motions[a], motions[b]
                 ka, kb = constants[a], constants[b]
+                ka0, ka1, ka2, ka3, ka4, ka5, ka6, ka7 = ka[0], ka[1], ka[2], ka[3], ka[4], ka[5], ka[6], ka[7]
+                kb0, kb1, kb2, kb3, kb4, kb5, kb6, kb7 = kb[0], kb[1], kb[2], kb[3], kb[4], kb[5], kb[6], kb[7]
                 vax, vay, vaz, wax, way, waz = ma[0], ma[1], ma[2], ma[3], ma[4], ma[5]
                 vbx, vby, vbz, wbx, wby, wbz = mb[0], mb[1], mb[2], mb[3], mb[4], mb[5]
                 rax, ray, raz = c[3, lane], c[4, lane], c[5, lane]
@@ -147,23 +149,23 @@ def solve_contacts_scalar(contacts, bodies, motions, constants, relax, sweeps):
                         new = new if new > -most else -most
                     c[17 + step, lane] = new
                     p = new - old
-                    vax, vay, vaz = vax + x * (-ka[0] * p), vay + y * (-ka[0] * p), vaz + z * (-ka[0] * p)
-                    vbx, vby, vbz = vbx + x * (kb[0] * p), vby + y * (kb[0] * p), vbz + z * (kb[0] * p)
+                    vax, vay, vaz = vax + x * (-ka0 * p), vay + y * (-ka0 * p), vaz + z * (-ka0 * p)
+                    vbx, vby, vbz = vbx + x * (kb0 * p), vby + y * (kb0 * p), vbz + z * (kb0 * p)
                     qx, qy, qz = ray * z - raz * y, raz * x - rax * z, rax * y - ray * x
                     wax, way, waz = (
-                        wax + (ka[1] * qx + ka[4] * qy + ka[5] * qz) * -p,
-                        way + (ka[4] * qx + ka[2] * qy + ka[6] * qz) * -p,
-                        waz + (ka[5] * qx + ka[6] * qy + ka[3] * qz) * -p,
+                        wax + (ka1 * qx + ka4 * qy + ka5 * qz) * -p,
+                        way + (ka4 * qx + ka2 * qy + ka6 * qz) * -p,
+                        waz + (ka5 * qx + ka6 * qy + ka3 * qz) * -p,
                     )
                     qx, qy, qz = rby * z - rbz * y, rbz * x - rbx * z, rbx * y - rby * x
                     wbx, wby, wbz = (
-                        wbx + (kb[1] * qx + kb[4] * qy + kb[5] * qz) * p,
-                        wby + (kb[4] * qx + kb[2] * qy + kb[6] * qz) * p,
-                        wbz + (kb[5] * qx + kb[6] * qy + kb[3] * qz) * p,
+                        wbx + (kb1 * qx + kb4 * qy + kb5 * qz) * p,
+                        wby + (kb4 * qx + kb2 * qy + kb6 * qz) * p,
+                        wbz + (kb5 * qx + kb6 * qy + kb3 * qz) * p,
                     )
-                if ka[7] > zero:
+                if ka7 > zero:
                     ma[0], ma[1], ma[2], ma[3], ma[4], ma[5] = vax, vay, vaz, wax, way, waz
-                if kb[7] > zero:
+                if kb7 > zero:
                     mb[0], mb[1], mb[2], mb[3], mb[4], mb[5] = vbx, vby, vbz, wbx, wby, wbz
                 # fmt: on
 
