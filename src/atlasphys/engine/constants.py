@@ -1,4 +1,6 @@
-"""Every tolerance of the engine: its unit, its reason, and what breaks if it changes.
+"""The tolerances of the engine in metres and metres per second: unit, reason, and what breaks if one changes.
+
+Iteration limits and thresholds without a unit stand, with theirs, in the files that use them.
 
 Lengths and speeds are for scenes whose bodies are about a metre across; ``World(length_unit=…)`` scales them all.
 """

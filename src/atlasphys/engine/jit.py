@@ -68,10 +68,12 @@ def _read(module: str) -> tuple[str, frozenset[str]]:
 def cache_root() -> Path:
     """The writable folder under which compiled kernels are kept."""
     wanted = os.environ.get("ATLASPHYS_CACHE_DIR") or platformdirs.user_cache_dir("atlasphys", appauthor=False)
-    user = os.getuid() if hasattr(os, "getuid") else 0
+    user = os.getuid() if hasattr(os, "getuid") else None
     for folder in (Path(wanted), Path(tempfile.gettempdir()) / f"atlasphys-{user}"):
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            if user != (folder.stat().st_uid if user is not None else None):
+                continue  # another user's: Numba would run what it finds there
             with tempfile.TemporaryFile(dir=folder):
                 return folder
         except OSError:

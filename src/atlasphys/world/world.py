@@ -507,7 +507,7 @@ class World:
 
     @property
     def events(self) -> list[Event]:
-        """What happened in the last step: contacts that began and ended."""
+        """What happened in the last step: contacts that began and ended. A body that is removed takes its contacts with it without an event."""
         state, body = self._state, self._state.colliders.body
         return [
             Event(kind, Body(self, int(body[a])), Body(self, int(body[b])))
