@@ -71,7 +71,7 @@ class Display:
         if compiled or self._compiled_before == 0:
             if not self._said_waiting and not self._console.is_terminal:
                 self._console.print(
-                    "compiling kernels: this takes up to a minute, once for each kind of shape and setting",
+                    "compiling kernels: up to a minute, once for each kind of shape",
                     highlight=False,
                 )
                 self._said_waiting = True
