@@ -106,12 +106,16 @@ def check(kind_a: str, kind_b: str, case: str, number: int, real: npt.DTypeLike,
     pairs = as_pairs(poses)
     depths, normals = minima(pairs)
     least, along = depths[:, 0], normals[:, 0]
+    axes = np.full(number, -np.inf)
+    if "sat" in methods(kind_a, kind_b):
+        axes = separating_axes(pairs, [shape for pose in poses for shape in (pose.a, pose.b)])
+        least = np.where(axes > 0, np.minimum(least, axes), least)
     size = np.array([size_of(pose) for pose in poses])
     margin = margin_of(case, real)
     bias = FACE_PREFERENCE * margin
     off = allowed_miss(case, real) * size
     allowed = allowed_excess(kind_a, kind_b, case, real) * size + 2.0 * bias
-    alone = lowest_elsewhere(pairs, depths, normals, ANGLE) > least + 2.0 * allowed
+    alone = lowest_elsewhere(pairs, depths, normals, ANGLE) > depths[:, 0] + 2.0 * allowed
     reports = {}
     for method in methods(kind_a, kind_b):
         contacts = contacts_of(poses, real, method, margin)
@@ -120,10 +124,9 @@ def check(kind_a: str, kind_b: str, case: str, number: int, real: npt.DTypeLike,
         normal[~found] = along[~found]
         h = overlaps(pairs, normal)
         # Of polyhedra apart corner to corner the best axis shows less than the distance.
-        by_axes = method != "gjk_epa" and len(methods(kind_a, kind_b)) == 3
-        bound = np.maximum(least, separating_axes(pairs, [s for p in poses for s in (p.a, p.b)])) if by_axes else least
+        bound = np.maximum(least, axes) if method != "gjk_epa" else least
         cosine = np.einsum("ij,ij->i", normal, along)
-        known = (bound == least) & (depth > least - off)  # the sweep is the less exact of the two here and there
+        known = (bound <= depths[:, 0]) & (depth > depths[:, 0] - off)  # else the sweep has missed the best itself
         faults = {
             "no contact found": ~found & (least > -margin + allowed),
             "a contact beyond the margin": found & (depth < -margin),
