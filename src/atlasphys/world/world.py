@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-import math
 import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -25,6 +24,7 @@ from atlasphys.engine.state.bodies import DYNAMIC, KINDS, STATIC
 from atlasphys.engine.state.state import Environment, State
 from atlasphys.engine.step import STAGES, DivergedError, Pipeline, step
 from atlasphys.errors import DivergenceError, InvalidArgumentError
+from atlasphys.world import totals
 from atlasphys.world.arguments import (
     LARGEST_COORDINATE,
     bits,
@@ -522,39 +522,15 @@ class World:
 
     def energy(self) -> Energy:
         """Kinetic and potential energy of the dynamic bodies [J]."""
-        mass, center, velocity, spin, spin_momentum = self._moving()
-        linear = 0.5 * mass * (velocity**2).sum(axis=1)
-        angular = 0.5 * (spin * spin_momentum).sum(axis=1)
-        state = self._state
-        dynamic = np.flatnonzero(state.bodies.kind[: state.count] == DYNAMIC)
-        height = (center * np.array(state.environment.gravity)).sum(axis=1)
-        potential = -mass * state.bodies.response[dynamic, 0].astype(np.float64) * height
-        return Energy(math.fsum(linear) + math.fsum(angular), math.fsum(potential))
+        return totals.energy(self._state)
 
     def momentum(self) -> npt.NDArray[np.float64]:
         """Total linear momentum of the dynamic bodies [kg m/s], (3,)."""
-        mass, _, velocity, _, _ = self._moving()
-        total: npt.NDArray[np.float64] = (mass[:, None] * velocity).sum(axis=0)
-        return total
+        return totals.momentum(self._state)
 
     def angular_momentum(self, about: object = (0.0, 0.0, 0.0)) -> npt.NDArray[np.float64]:
         """Total angular momentum of the dynamic bodies about a point [kg m²/s], (3,)."""
-        mass, center, velocity, _, spin_momentum = self._moving()
-        arm = center - np.array(bounded_vector("about", about))
-        total: npt.NDArray[np.float64] = (np.cross(arm, mass[:, None] * velocity) + spin_momentum).sum(axis=0)
-        return total
-
-    def _moving(self) -> tuple[npt.NDArray[np.float64], ...]:
-        """Mass, centre, velocity, angular velocity and angular momentum about the centre of each dynamic body, in double."""
-        state = self._state
-        rows = np.flatnonzero(state.bodies.kind[: state.count] == DYNAMIC)
-        columns = ("mass", "orientation", "principal", "local_center", "motion")
-        mass, q, p, local, motion = (getattr(state.bodies, name)[rows].astype(np.float64) for name in columns)
-        center = state.bodies.position[rows] + _rotate(q, local)
-        velocity, spin = motion[:, 0:3], motion[:, 3:6]
-        in_axes = _rotate(_conjugate(p), _rotate(_conjugate(q), spin))
-        spin_momentum = _rotate(q, _rotate(p, mass[:, 2:5] * in_axes))
-        return mass[:, 0], center, velocity, spin, spin_momentum
+        return totals.angular_momentum(self._state, np.array(bounded_vector("about", about)))
 
     def state_hash(self) -> str:
         """A digest of the state, 32 hexadecimal digits: equal for worlds that will go on equally."""
@@ -629,13 +605,3 @@ def _is_unicode(text: str) -> bool:
     except UnicodeEncodeError:
         return False
     return True
-
-
-def _conjugate(q: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    return np.concatenate([q[:, :1], -q[:, 1:]], axis=1)
-
-
-def _rotate(q: npt.NDArray[np.float64], v: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """q v q* for rows of unit quaternions and vectors."""
-    t = 2.0 * np.cross(q[:, 1:], v)
-    return v + q[:, :1] * t + np.cross(q[:, 1:], t)

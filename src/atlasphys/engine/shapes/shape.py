@@ -1,5 +1,6 @@
 """What all shapes have in common."""
 
+from abc import ABC, abstractmethod
 from typing import ClassVar
 
 from atlasphys.engine.shapes.polyhedron import Polyhedron
@@ -8,7 +9,7 @@ Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
 
 
-class Shape:
+class Shape(ABC):
     """A solid in its own frame: an immutable value, equal to any other shape of the same kind and sizes.
 
     The table of shapes reads ``kind``, ``sizes``, ``feature_points`` and ``polyhedron``; the mass properties read
@@ -21,14 +22,14 @@ class Shape:
     """The kind's number in the table of shapes."""
 
     @property
+    @abstractmethod
     def sizes(self) -> tuple[float, ...]:
         """The size parameters, at most four, as ``Shapes.size`` lists them [m]."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def feature_points(self) -> int:
         """The most points that one supporting feature can have."""
-        raise NotImplementedError
 
     @property
     def polyhedron(self) -> Polyhedron | None:
@@ -36,22 +37,22 @@ class Shape:
         return None
 
     @property
+    @abstractmethod
     def volume(self) -> float:
         """Volume [m³]."""
-        raise NotImplementedError
 
     @property
     def center_of_mass(self) -> Vector:
         """Centre of mass in the shape's own frame, at uniform density [m]."""
         return 0.0, 0.0, 0.0
 
+    @abstractmethod
     def inertia(self, density: float = 1.0) -> Matrix:
         """Inertia tensor about the centre of mass in the axes of the shape's own frame [kg m²].
 
         Args:
             density: uniform density [kg/m³]. Default: 1.
         """
-        raise NotImplementedError
 
 
 def diagonal(x: float, y: float, z: float) -> Matrix:

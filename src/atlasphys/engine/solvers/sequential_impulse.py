@@ -95,17 +95,17 @@ FINEST = {"f": 1e-6, "d": 1e-13}
 """Relative error of speeds that can be reached, by NumPy's character for the precision."""
 
 # Columns of a point's constraint row. Point k of manifold i has row 4 i + k.
-ANGULAR_A, ANGULAR_B = 0, 3  # I_a⁻¹ (r_a × n), I_b⁻¹ (r_b × n)
+# 0–2 I_a⁻¹ (r_a × n), 3–5 I_b⁻¹ (r_b × n)
 NORMAL_MASS, TARGET = 6, 7  # 1 / k; least relative normal velocity asked for
-FRICTION_INVERSE = 8  # 8–10 inverse of the 2×2 tangent matrix, 11 inverse of its greatest eigenvalue
+# 8–10 inverse of the 2×2 tangent matrix, 11 inverse of its greatest eigenvalue
 FRICTION_1, FRICTION_2 = 12, 13  # accumulated friction impulse along the two tangents
 APPROACH = 14  # relative normal velocity before this step's forces
 PRECISION = 15  # inverse of the error in speed that a bounce allows; 0 where nothing bounces
 POINT_COLUMNS = 16
 
 # Columns of a manifold's frame row.
-TANGENT_1, TANGENT_2 = 0, 3
-ROLLING_INVERSE = 6  # 6–8 inverse of the 2×2 rolling matrix, 9 inverse of its greatest eigenvalue
+# 0–2 and 3–5 the two tangents
+# 6–8 inverse of the 2×2 rolling matrix, 9 inverse of its greatest eigenvalue
 TORSIONAL_MASS = 10
 ROLLING_1, ROLLING_2 = 11, 12  # accumulated rolling impulse along the two tangents
 BODY_A, BODY_B = 0, 1  # columns of ``pairs``: rows of the two bodies

@@ -1,0 +1,81 @@
+"""Energy and momenta of all dynamic bodies together, in double precision whatever that of the world."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from atlasphys.engine.state.bodies import DYNAMIC
+from atlasphys.engine.state.state import State
+from atlasphys.world.views import Energy
+
+Doubles = npt.NDArray[np.float64]
+
+
+class Moving(NamedTuple):
+    """The dynamic bodies, a row each."""
+
+    mass: Doubles
+    center: Doubles
+    velocity: Doubles
+    spin: Doubles
+    """Angular velocity [rad/s]."""
+    spin_momentum: Doubles
+    """Angular momentum about the centre of mass [kg m²/s]."""
+    gravity_scale: Doubles
+
+
+def moving(state: State) -> Moving:
+    """What the totals are summed from."""
+    rows = np.flatnonzero(state.bodies.kind[: state.count] == DYNAMIC)
+    columns = ("mass", "orientation", "principal", "local_center", "motion", "response")
+    mass, q, p, local, motion, response = (getattr(state.bodies, name)[rows].astype(np.float64) for name in columns)
+    spin = motion[:, 3:6]
+    in_axes = rotate(conjugate(p), rotate(conjugate(q), spin))
+    return Moving(
+        mass=mass[:, 0],
+        center=state.bodies.position[rows] + rotate(q, local),
+        velocity=motion[:, 0:3],
+        spin=spin,
+        spin_momentum=rotate(q, rotate(p, mass[:, 2:5] * in_axes)),
+        gravity_scale=response[:, 0],
+    )
+
+
+def energy(state: State) -> Energy:
+    """Kinetic and potential energy [J]."""
+    bodies = moving(state)
+    linear = 0.5 * bodies.mass * (bodies.velocity**2).sum(axis=1)
+    angular = 0.5 * (bodies.spin * bodies.spin_momentum).sum(axis=1)
+    height = (bodies.center * np.array(state.environment.gravity)).sum(axis=1)
+    return Energy(math.fsum(linear) + math.fsum(angular), math.fsum(-bodies.mass * bodies.gravity_scale * height))
+
+
+def momentum(state: State) -> Doubles:
+    """Linear momentum [kg m/s], (3,)."""
+    bodies = moving(state)
+    total: Doubles = (bodies.mass[:, None] * bodies.velocity).sum(axis=0)
+    return total
+
+
+def angular_momentum(state: State, about: Doubles) -> Doubles:
+    """Angular momentum about a point [kg m²/s], (3,)."""
+    bodies = moving(state)
+    orbital = np.cross(bodies.center - about, bodies.mass[:, None] * bodies.velocity)
+    total: Doubles = (orbital + bodies.spin_momentum).sum(axis=0)
+    return total
+
+
+def conjugate(q: Doubles) -> Doubles:
+    """q* for rows of quaternions."""
+    return np.concatenate([q[:, :1], -q[:, 1:]], axis=1)
+
+
+def rotate(q: Doubles, v: Doubles) -> Doubles:
+    """q v q* for rows of unit quaternions and vectors."""
+    t = 2.0 * np.cross(q[:, 1:], v)
+    result: Doubles = v + q[:, :1] * t + np.cross(q[:, 1:], t)
+    return result
