@@ -39,6 +39,11 @@ def _compiled_kernels():
         ap.load_scene(name).build().step(1 / 60)
 
 
+def complaints(stderr):
+    """What is on standard error beside the notice that kernels are being compiled, be it by another process with the same cache."""
+    return [line for line in stderr.splitlines() if not line.startswith("compiling kernels")]
+
+
 def test_help_lists_the_commands():
     result = atlasphys("--help")
     assert result.returncode == 0
@@ -57,7 +62,7 @@ def test_help_imports_nothing_heavy():
 def test_run_ends_with_a_table():
     result = atlasphys("run", "tower", "--seconds", 1)
     assert result.returncode == 0
-    assert result.stderr == ""
+    assert complaints(result.stderr) == []
     for row in (
         "simulated",
         "speed",
@@ -80,7 +85,7 @@ def test_json_is_one_object_and_nothing_else(tmp_path):
         "run", "tower", "--set", "height=3", "--seconds", 0.5, "--dt", 0.01, "--record", tmp_path / "a.h5", "--json"
     )
     assert result.returncode == 0
-    assert result.stderr == ""
+    assert complaints(result.stderr) == []
     assert result.stdout.count("\n") == 1
     summary = json.loads(result.stdout)
     assert (summary["scene"], summary["steps"], summary["dt"], summary["bodies"]) == ("tower", 50, 0.01, 4)
@@ -224,7 +229,7 @@ def test_divergence_names_the_bodies_and_keeps_the_recording(tmp_path):
     )
     assert result.returncode == 1, result.stderr
     assert "star" in result.stderr
-    assert len(result.stderr.splitlines()) == 1
+    assert len(complaints(result.stderr)) == 1
     summary = json.loads(result.stdout)
     assert "star" in summary["error"]
     with ap.Recording(tmp_path / "a.h5") as recording:
@@ -286,7 +291,7 @@ def test_ctrl_c_stops_with_the_recording_intact(tmp_path):
         process.send_signal(signal.SIGINT)
         output, errors = process.communicate(timeout=10)
         assert process.returncode == 130
-        assert errors == ""
+        assert complaints(errors) == []
         summary = json.loads(output)
         assert summary["interrupted"]
         with ap.Recording(path) as recording:
