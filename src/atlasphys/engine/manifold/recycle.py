@@ -1,0 +1,88 @@
+"""Contact recycling: a pair that has barely moved since it was last collided keeps its contact points, with *frozen arms*.
+
+A soft contact is a spring, and a tower of springs buckles under its own weight (docs/soft_step.md). The weight's overturning moment comes in
+through the arms from the centres of mass to the contact points, which shift as the tower leans. Kept as they were at the last full collision, they
+hold the tower up; and a pair at rest need not be collided again. What changes each step is the normal, which turns with body a, and the
+depth, from where the two bodies' copies of the contact point now are: depth₀ − n · e with e = (x_b + R_b l_b) − (x_a + R_a l_a).
+
+A pair is collided afresh once e exceeds ``slip`` at any of its points, either body has turned by more than ``turn``, or they have by more than
+``twist`` against each other.
+"""
+
+from atlasphys.engine.simd import absolute, full, gather, load, maximum, scatter, select, simd_kernel, store, vec
+from atlasphys.engine.state.manifolds import (
+    COLLISION_DEPTH,
+    DEPTH,
+    IS_FRESH,
+    IS_RECYCLABLE,
+    LOCAL_A,
+    LOCAL_B,
+    NORMAL_IN_A,
+    POINT_COLUMNS,
+    TURN_A,
+    TURN_B,
+)
+
+# Rows of the integers of a block of pairs: (8, 8)
+PAIR_A, PAIR_B, OLD_ROW, NEW_ROW, OLD_COUNT, SWAPPED, RESULT = range(7)
+
+QUATERNION = 12
+"""First of the columns of ``Bodies.geometry`` that hold the orientation."""
+
+
+def conjugate_mul(p, q):
+    """p* q of quaternions: the turn that leads from p to q."""
+    return (
+        p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3],
+        p[0] * q[1] - p[1] * q[0] - p[2] * q[3] + p[3] * q[2],
+        p[0] * q[2] - p[2] * q[0] - p[3] * q[1] + p[1] * q[3],
+        p[0] * q[3] - p[3] * q[0] - p[1] * q[2] + p[2] * q[1],
+    )
+
+
+def dot4(p, q):
+    """p · q."""
+    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3]
+
+
+@simd_kernel
+def recycle(integers, delta, geometry, old, new, limits):
+    """Carry eight manifolds over, where they may be recycled; RESULT of ``integers`` says for which that was done.
+
+    ``delta`` (3, 8) is x_b − x_a. ``limits``: slip² [m²]; cosines of half of turn and twist; gap beyond which there is no contact [m].
+    """
+    slip_squared, turn_cosine, twist_cosine, margin = limits
+    row, count = load(integers, OLD_ROW), load(integers, OLD_COUNT)
+    frame_a, frame_b = gather(geometry, load(integers, PAIR_A), 16), gather(geometry, load(integers, PAIR_B), 16)
+    reference, local = gather(old.reference, row, 16), gather(old.local, row, 32)
+    head, points = gather(old.contact, row, 16), list(gather(old.points, row, 32))
+    turn_a, turn_b = frame_a[QUATERNION:16], frame_b[QUATERNION:16]
+    then_a, then_b = reference[TURN_A : TURN_A + 4], reference[TURN_B : TURN_B + 4]
+    twist = dot4(conjugate_mul(turn_a, turn_b), conjugate_mul(then_a, then_b))
+    keeps = (
+        (reference[IS_RECYCLABLE] > 0)
+        & (absolute(dot4(turn_a, then_a)) >= turn_cosine)
+        & (absolute(dot4(turn_b, then_b)) >= turn_cosine)
+        & (absolute(twist) >= twist_cosine)
+    )
+    n = vec.mat_mul_vec(frame_a, reference[NORMAL_IN_A : NORMAL_IN_A + 3])
+    between = load(delta, 0), load(delta, 1), load(delta, 2)
+    deepest = full(n[0], -1e6)
+    for k in range(4):
+        first = POINT_COLUMNS * k
+        at_a = vec.mat_mul_vec(frame_a, local[first + LOCAL_A : first + LOCAL_A + 3])
+        at_b = vec.mat_mul_vec(frame_b, local[first + LOCAL_B : first + LOCAL_B + 3])
+        moved = vec.sub(vec.add(between, at_b), at_a)
+        valid = count > k
+        keeps = keeps & (~valid | (vec.length_squared(moved) <= slip_squared))
+        depth = local[first + COLLISION_DEPTH] - vec.dot(n, moved)
+        points[first + DEPTH] = select(valid, depth, 0)
+        deepest = select(valid, maximum(depth, deepest), deepest)
+    keeps = keeps & (deepest >= -margin)
+    target = load(integers, NEW_ROW)
+    head = (*n, *head[3:IS_FRESH], full(n[0], 0), *head[IS_FRESH + 1 :])
+    scatter(new.contact, target, head, where=keeps)
+    scatter(new.points, target, tuple(points), where=keeps)
+    scatter(new.local, target, local, where=keeps)
+    scatter(new.reference, target, reference, where=keeps)
+    store(integers, RESULT, select(keeps, full(row, 1), 0))
