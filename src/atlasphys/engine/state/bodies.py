@@ -53,8 +53,8 @@ class Bodies(NamedTuple):
     geometry: npt.NDArray[np.floating]
     """(n, 16) 0–8 rotation matrix of the body's own frame, row by row; 9–11 centre − position in world axes [m]; 12–15 unused."""
     inverse_mass: npt.NDArray[np.floating]
-    """(n, 16) 0–2 inverse mass along world x, y, z [1/kg]; 3–8 inverse inertia in world axes, xx yy zz xy xz yz [1/(kg m²)];
-    both 0 along locked axes; 9–15 unused."""
+    """(n, 16) 0–5 inverse inertia in world axes, xx yy zz xy xz yz [1/(kg m²)]; 6 inverse mass [1/kg]; 7 unused; 8–10 inverse mass
+    along world x, y, z; 11–15 unused. Inverse inertia and 8–10 are 0 along locked axes; column 6 knows no locks."""
 
 
 def empty_bodies(capacity: int, real: npt.DTypeLike) -> Bodies:

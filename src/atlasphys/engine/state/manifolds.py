@@ -1,6 +1,7 @@
 """Manifolds: the contact points of each touching or nearly touching pair, kept from step to step.
 
-Rows are ordered by (a, b), the pair's collider rows, so that two steps' manifolds are matched in one walk.
+Rows are ordered by (a, b), the pair's collider rows, so that two steps' manifolds are matched in one walk. Columns that are read
+together lie together, in rows of whole cache lines, so that eight manifolds load into vector registers at once.
 """
 
 from typing import NamedTuple
@@ -10,44 +11,45 @@ import numpy.typing as npt
 
 from atlasphys.engine.state.arrays import aligned_zeros
 
+# Columns of ``contact``.
+NORMAL = 0  # 0–2 unit normal in world axes, from a to b
+FRICTION, RESTITUTION, ROLLING, TORSIONAL = 3, 4, 5, 6  # combined material: two coefficients, two lengths [m]
+PATCH_FRICTION = 7  # 7–9 friction impulse on b that acts on the points together, world axes [N s]
+PATCH_TORSION = 10  # angular impulse on b about the normal [N m s]
+PATCH_ROLLING = 11  # 11–13 angular impulse of rolling friction on b, world axes [N m s]
+CONTACT_COLUMNS = 16
+
+# Columns of a point in ``points``; point k begins at POINT_COLUMNS · k.
+ANCHOR_A, ANCHOR_B = 0, 3  # contact point, midway between the surfaces, − centre of mass of a and of b, world axes [m]
+DEPTH = 6  # overlap along the normal [m]; negative where the surfaces are still apart
+NORMAL_IMPULSE = 7  # impulse along the normal in the last step [N s]
+POINT_COLUMNS = 8
+
+# Columns of a point in ``local``; point k begins at POINT_COLUMNS · k.
+LOCAL_A, LOCAL_B = 0, 3  # the point in the axes of a and of b, from the centre of mass [m]: by it points are matched
+
 
 class Manifolds(NamedTuple):
-    """The table of manifolds. Shapes are given for a capacity of m rows; k is a point, 0 to 3. The normal points from a to b."""
+    """The table of manifolds. Shapes are given for a capacity of m rows; k is a point, 0 to 3."""
 
     a: npt.NDArray[np.int32]
     """(m,) collider row of the pair's lower row."""
     b: npt.NDArray[np.int32]
     """(m,) collider row of the pair's higher row."""
     count: npt.NDArray[np.int32]  # type: ignore[assignment]  # hides tuple.count
-    """(m,) points in use, 1 to 4."""
+    """(m,) points in use, 0 to 4. Unused points are zero in all columns."""
     touching: npt.NDArray[np.bool_]
     """(m,) whether the pair has touched (overlapped or pushed) since the manifold began."""
-    normal: npt.NDArray[np.floating]
-    """(m, 3) unit normal in world axes."""
-    material: npt.NDArray[np.floating]
-    """(m, 4) combined friction, restitution, rolling friction [m], torsional friction [m]."""
     feature: npt.NDArray[np.int32]
     """(m, 4) which features of the two shapes met at the point."""
-    point: npt.NDArray[np.float64]
-    """(m, 4, 3) contact point, midway between the two surfaces, world axes [m]."""
-    anchor_a: npt.NDArray[np.floating]
-    """(m, 4, 3) contact point − centre of mass of a, world axes [m]."""
-    anchor_b: npt.NDArray[np.floating]
-    """(m, 4, 3) the same point − centre of mass of b [m]."""
-    local_a: npt.NDArray[np.floating]
-    """(m, 4, 3) the point in a's own axes, from a's centre of mass [m]: by it points are matched."""
-    local_b: npt.NDArray[np.floating]
-    """(m, 4, 3) the point in b's own axes, from b's centre of mass [m]."""
-    depth: npt.NDArray[np.floating]
-    """(m, 4) overlap along the normal [m]; negative where the surfaces are still apart."""
-    normal_impulse: npt.NDArray[np.floating]
-    """(m, 4) impulse along the normal in the last step [N s]."""
+    contact: npt.NDArray[np.floating]
+    """(m, 16) normal, combined material, impulses that act on the points together."""
+    points: npt.NDArray[np.floating]
+    """(m, 32) for each point anchors, depth, normal impulse."""
+    local: npt.NDArray[np.floating]
+    """(m, 32) for each point its place in either body's axes."""
     friction_impulse: npt.NDArray[np.floating]
-    """(m, 4, 3) friction impulse on b in the last step, world axes [N s]."""
-    rolling_impulse: npt.NDArray[np.floating]
-    """(m, 3) angular impulse of rolling friction on b [N m s]."""
-    torsional_impulse: npt.NDArray[np.floating]
-    """(m,) angular impulse of torsional friction on b, about the normal [N m s]."""
+    """(m, 12) for each point friction impulse on b in the last step that acts there alone, world axes [N s]."""
 
 
 def empty_manifolds(capacity: int, real: npt.DTypeLike) -> Manifolds:
@@ -58,17 +60,9 @@ def empty_manifolds(capacity: int, real: npt.DTypeLike) -> Manifolds:
         b=aligned_zeros((m,), np.int32),
         count=aligned_zeros((m,), np.int32),
         touching=aligned_zeros((m,), np.bool_),
-        normal=aligned_zeros((m, 3), real),
-        material=aligned_zeros((m, 4), real),
         feature=aligned_zeros((m, 4), np.int32),
-        point=aligned_zeros((m, 4, 3), np.float64),
-        anchor_a=aligned_zeros((m, 4, 3), real),
-        anchor_b=aligned_zeros((m, 4, 3), real),
-        local_a=aligned_zeros((m, 4, 3), real),
-        local_b=aligned_zeros((m, 4, 3), real),
-        depth=aligned_zeros((m, 4), real),
-        normal_impulse=aligned_zeros((m, 4), real),
-        friction_impulse=aligned_zeros((m, 4, 3), real),
-        rolling_impulse=aligned_zeros((m, 3), real),
-        torsional_impulse=aligned_zeros((m,), real),
+        contact=aligned_zeros((m, CONTACT_COLUMNS), real),
+        points=aligned_zeros((m, 4 * POINT_COLUMNS), real),
+        local=aligned_zeros((m, 4 * POINT_COLUMNS), real),
+        friction_impulse=aligned_zeros((m, 12), real),
     )

@@ -56,10 +56,11 @@ def refresh(bodies: Bodies, first: int, last: int) -> None:
                 inverse = free_inverse_inertia(tensor, locks)
             else:
                 inverse = mat.rotated_diagonal(axes, (mass[i, 5], mass[i, 6], mass[i, 7]))
-            for k in range(3):
-                inverse_mass[i, k] = 0 if locks & (1 << k) else mass[i, 1]
             for k in range(6):
-                inverse_mass[i, 3 + k] = inverse[k]
+                inverse_mass[i, k] = inverse[k]
+            inverse_mass[i, 6] = mass[i, 1]
+            for k in range(3):
+                inverse_mass[i, 8 + k] = 0 if locks & (1 << k) else mass[i, 1]
         else:
-            for k in range(9):
+            for k in range(inverse_mass.shape[1]):
                 inverse_mass[i, k] = 0
