@@ -14,7 +14,6 @@ from tests.rules.kernels import compiled, engine_modules, kernels
 FLOAT_TO_DOUBLE = {
     "broadphase.brute.test_all": "heights above planes are taken from positions",
     "broadphase.sweep.sweep": "heights above planes are taken from positions",
-    "manifold.build.build_manifolds": "contact points are positions",
     "narrowphase.pairs.plane_convex.plane_convex": "distances from planes are taken from positions",
     "shapes.bounds.update_bounds": "bounds are positions",
     "solvers.sequential_impulse.solve": "centres and origins are positions",

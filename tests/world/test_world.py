@@ -322,6 +322,26 @@ def test_contacts_of_a_resting_box():
         contacts["depth"][0] = 1
 
 
+@pytest.mark.parametrize("plane_first", [True, False])
+@pytest.mark.parametrize("precision", ["single", "double"])
+def test_contact_points_have_moved_with_the_body(plane_first, precision):
+    world = ap.World(precision=precision)
+    shapes = {"plane": ap.Plane(normal=(0, 1, 0)), "cone": ap.Cone(radius=0.5, height=1)}
+    at = {"plane": (1e5, 0, 0), "cone": (7, 0.5, 3)}
+    for name in ("plane", "cone") if plane_first else ("cone", "plane"):
+        kind = "static" if name == "plane" else "dynamic"
+        world.add(shapes[name], position=at[name], name=name, kind=kind, friction=0)
+    cone = world.bodies["cone"]
+    cone.velocity, cone.angular_velocity = (3, 0, 0), (0, 2, 0)
+    for _ in range(5):
+        world.step(1 / 60)
+        offset = world.contacts.point - cone.position
+        assert len(offset) >= 3
+        np.testing.assert_allclose(np.hypot(offset[:, 0], offset[:, 2]), 0.5, atol=1e-3)
+        np.testing.assert_allclose(offset[:, 1], -0.5, atol=0.01)
+    assert cone.position[0] > 7.2
+
+
 def test_contact_events_come_once_each_in_order():
     world = ap.World()
     ground = world.add(ap.Plane(normal=(0, 1, 0)))

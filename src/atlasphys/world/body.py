@@ -244,9 +244,9 @@ class Body:
         state = self._world._state
         refresh(state.bodies, row, row + 1)
         inverse = state.bodies.inverse_mass[row].astype(np.float64)
-        tensor = inverse[[[3, 6, 7], [6, 4, 8], [7, 8, 5]]]
+        tensor = inverse[[[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
         turn = (tensor * angular).sum(axis=1)
-        kicked = state.bodies.motion[row, 0:6] + np.concatenate([inverse[0:3] * linear, turn])
+        kicked = state.bodies.motion[row, 0:6] + np.concatenate([inverse[8:11] * linear, turn])
         self._store_finite(state.bodies.motion[row, 0:6], name, kicked)
         state.take_over("motion", row, slice(0, 6))
 

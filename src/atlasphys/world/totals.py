@@ -6,13 +6,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from atlasphys.engine.state.bodies import DYNAMIC
 from atlasphys.engine.state.state import State
+from atlasphys.world.rotation import Doubles, conjugate, rotate
 from atlasphys.world.views import Energy
-
-Doubles = npt.NDArray[np.float64]
 
 
 class Moving(NamedTuple):
@@ -67,15 +65,3 @@ def angular_momentum(state: State, about: Doubles) -> Doubles:
     orbital = np.cross(bodies.center - about, bodies.mass[:, None] * bodies.velocity)
     total: Doubles = (orbital + bodies.spin_momentum).sum(axis=0)
     return total
-
-
-def conjugate(q: Doubles) -> Doubles:
-    """q* for rows of quaternions."""
-    return np.concatenate([q[:, :1], -q[:, 1:]], axis=1)
-
-
-def rotate(q: Doubles, v: Doubles) -> Doubles:
-    """q v q* for rows of unit quaternions and vectors."""
-    t = 2.0 * np.cross(q[:, 1:], v)
-    result: Doubles = v + q[:, :1] * t + np.cross(q[:, 1:], t)
-    return result

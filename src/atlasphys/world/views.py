@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 import numpy as np
 import numpy.typing as npt
 
-from atlasphys.engine.state.bodies import KINDS
-from atlasphys.engine.state.manifolds import Manifolds
+from atlasphys.engine.state.bodies import DYNAMIC, KINDS
+from atlasphys.engine.state.manifolds import DEPTH, LOCAL_A, LOCAL_B, NORMAL, NORMAL_IMPULSE, POINT_COLUMNS
+from atlasphys.engine.state.state import State
 from atlasphys.errors import InvalidArgumentError
 from atlasphys.world.arguments import LARGEST_COORDINATE
 from atlasphys.world.body import Body
+from atlasphys.world.rotation import rotate
 
 if TYPE_CHECKING:
     from atlasphys.world.world import World
@@ -188,13 +190,24 @@ CONTACT = np.dtype(
 )
 
 
-def contact_points(manifolds: Manifolds, count: int, body: npt.NDArray[np.int32]) -> np.recarray[Any, Any]:
+def contact_points(state: State) -> np.recarray[Any, Any]:
     """One record per contact point of the manifolds that touch."""
+    manifolds, count = state.manifolds, state.manifold_count
     rows, points = np.nonzero((np.arange(4) < manifolds.count[:count, None]) & manifolds.touching[:count, None])
+    a, b = state.colliders.body[manifolds.a[rows]], state.colliders.body[manifolds.b[rows]]
+    first = POINT_COLUMNS * points
     records = np.zeros(len(rows), CONTACT)
-    records["body_a"], records["body_b"] = body[manifolds.a[rows]], body[manifolds.b[rows]]
-    records["normal"] = manifolds.normal[rows]
-    for name in ("point", "depth", "normal_impulse", "friction_impulse"):
-        records[name] = getattr(manifolds, name)[rows, points]
+    records["body_a"], records["body_b"] = a, b
+    records["normal"] = manifolds.contact[rows, NORMAL : NORMAL + 3]
+    records["depth"] = manifolds.points[rows, first + DEPTH]
+    records["normal_impulse"] = manifolds.points[rows, first + NORMAL_IMPULSE]
+    records["friction_impulse"] = manifolds.friction_impulse.reshape(-1, 4, 3)[rows, points]
+    # Seen from a body that cannot be a plane with a far-off origin
+    bodies = state.bodies
+    near_a = bodies.kind[a] == DYNAMIC
+    body, column = np.where(near_a, a, b), first + np.where(near_a, LOCAL_A, LOCAL_B)
+    arm = manifolds.local[rows[:, None], column[:, None] + np.arange(3)].astype(np.float64)
+    orientation = bodies.orientation[body].astype(np.float64)
+    records["point"] = bodies.position[body] + rotate(orientation, bodies.local_center[body] + arm)
     records.flags.writeable = False
     return records.view(np.recarray)

@@ -499,11 +499,11 @@ class World:
     def contacts(self) -> np.recarray[Any, Any]:
         """Contact points of the last step, one record each; read-only.
 
-        ``body_a``, ``body_b`` are rows of ``world.bodies``; ``point`` [m]; ``normal`` from a to b; ``depth`` [m], negative where the surfaces are
-        a little apart; ``normal_impulse`` [N s] and ``friction_impulse`` (3,) [N s], applied to b, and their opposites to a.
+        ``body_a``, ``body_b`` are rows of ``world.bodies``; ``point`` [m] lies midway between the surfaces as they met and has moved with
+        body a since (with b where a is not dynamic); ``normal`` from a to b; ``depth`` [m], negative where the surfaces are a little apart;
+        ``normal_impulse`` [N s] and ``friction_impulse`` (3,) [N s], applied to b, and their opposites to a.
         """
-        state = self._state
-        return contact_points(state.manifolds, state.manifold_count, state.colliders.body)
+        return contact_points(self._state)
 
     @property
     def events(self) -> list[Event]:

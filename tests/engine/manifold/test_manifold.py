@@ -12,6 +12,17 @@ from atlasphys.engine.jit import kernel
 from atlasphys.engine.manifold.build import COMBINE_RULES
 from atlasphys.engine.manifold.match import match_points
 from atlasphys.engine.manifold.reduce import reduce_points
+from atlasphys.engine.state.manifolds import (
+    DEPTH,
+    FRICTION,
+    LOCAL_A,
+    LOCAL_B,
+    NORMAL_IMPULSE,
+    POINT_COLUMNS,
+    RESTITUTION,
+    ROLLING,
+    TORSIONAL,
+)
 from tests.world.scenes import stack, steps
 
 
@@ -22,9 +33,9 @@ def reduced(normal, anchors, depths, first, count, kept):
 
 
 @kernel
-def matched(count, feature, local_a, local_b, old_count, old_feature, old_a, old_b, distance, origin):
+def matched(count, feature, local, old_count, old_feature, old_local, distance, origin):
     """match_points of manifold 0 with manifold 0, callable."""
-    match_points(0, count, feature, local_a, local_b, 0, old_count, old_feature, old_a, old_b, distance, origin)
+    match_points(0, count, feature, local, 0, old_count, old_feature, old_local, distance, origin)
 
 
 def reduce(points, depths, first=0, normal=(0.0, 0.0, 1.0)):
@@ -94,10 +105,11 @@ def test_ties_go_to_the_lower_index():
 
 
 def match(new, old, distance=0.02, features=None, old_features=None, apart_b=0.0):
-    def padded(points):
-        array = np.zeros((1, 4, 3))
-        array[0, : len(points)] = np.reshape(points, (-1, 3))
-        return array
+    def padded(points, apart_b):
+        array = np.zeros((4, POINT_COLUMNS))
+        array[: len(points), LOCAL_A : LOCAL_A + 3] = np.reshape(points, (-1, 3))
+        array[: len(points), LOCAL_B : LOCAL_B + 3] = np.reshape(points, (-1, 3)) + apart_b
+        return array.reshape(1, -1)
 
     def numbers(given, count):
         return np.array([list(given if given is not None else range(count)) + [0] * (4 - count)], np.int32)
@@ -106,12 +118,10 @@ def match(new, old, distance=0.02, features=None, old_features=None, apart_b=0.0
     matched(
         len(new),
         numbers(features, len(new)),
-        padded(new),
-        padded(new) + apart_b,
+        padded(new, apart_b),
         len(old),
         numbers(old_features, len(old)),
-        padded(old),
-        padded(old),
+        padded(old, 0.0),
         distance,
         origin,
     )
@@ -155,7 +165,14 @@ def rows(world):
     state = world._state
     m = state.manifolds
     return {
-        (int(m.a[i]), int(m.b[i])): {name: getattr(m, name)[i].copy() for name in m._fields}
+        (int(m.a[i]), int(m.b[i])): {
+            "count": m.count[i],
+            "feature": m.feature[i].copy(),
+            "contact": m.contact[i].copy(),
+            "points": m.points[i].reshape(4, POINT_COLUMNS).copy(),
+            "local": m.local[i].reshape(4, POINT_COLUMNS).copy(),
+            "friction_impulse": m.friction_impulse[i].reshape(4, 3).copy(),
+        }
         for i in range(state.manifold_count)
     }
 
@@ -167,9 +184,10 @@ def test_manifolds_are_ordered_by_pair_and_unused_points_are_zero():
     pairs = rows(world)
     assert list(pairs) == sorted(pairs) == [(0, 1), (1, 2), (2, 3), (3, 4)]
     assert pairs[3, 4]["count"] == 1
-    for name in ("point", "anchor_a", "anchor_b", "local_a", "local_b", "depth", "feature"):
+    for name in ("points", "local", "feature", "friction_impulse"):
+        assert pairs[3, 4][name].shape[0] == 4
         assert not pairs[3, 4][name][1:].any()
-    assert not pairs[3, 4]["normal_impulse"][1:].any()
+    assert pairs[3, 4]["points"][0, NORMAL_IMPULSE] > 0
     assert pairs[0, 1]["count"] == 4
 
 
@@ -182,7 +200,9 @@ def test_impulses_carry_over_from_step_to_step():
         world.step(1 / 60)
         for pair, manifold in rows(world).items():
             np.testing.assert_allclose(
-                np.sort(manifold["normal_impulse"]), np.sort(before[pair]["normal_impulse"]), rtol=0.02
+                np.sort(manifold["points"][:, NORMAL_IMPULSE]),
+                np.sort(before[pair]["points"][:, NORMAL_IMPULSE]),
+                rtol=0.02,
             )
 
 
@@ -192,7 +212,7 @@ def test_a_pair_in_sight_but_apart_has_no_contact_yet():
     world.add(ap.Sphere(radius=0.5), position=(0, 0.51, 0))
     world.step(1 / 60)
     assert list(rows(world)) == [(0, 1)]
-    assert rows(world)[0, 1]["depth"][0] == pytest.approx(-0.01, abs=1e-6)
+    assert rows(world)[0, 1]["points"][0, DEPTH] == pytest.approx(-0.01, abs=1e-6)
     assert len(world.contacts) == 0
     assert world.events == []
 
@@ -220,5 +240,6 @@ def test_combine_rules(rule):
     )
     world.step(1 / 60)
     combine = RULES[rule]
-    assert rows(world)[0, 1]["material"] == pytest.approx([combine(0.3, 0.8), combine(0.9, 0.2), 0.03, 0.04], rel=1e-6)
+    material = rows(world)[0, 1]["contact"][[FRICTION, RESTITUTION, ROLLING, TORSIONAL]]
+    assert material == pytest.approx([combine(0.3, 0.8), combine(0.9, 0.2), 0.03, 0.04], rel=1e-6)
     assert set(RULES) == set(COMBINE_RULES)

@@ -6,7 +6,24 @@ from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.manifold.match import match_points
 from atlasphys.engine.manifold.reduce import reduce_points
 from atlasphys.engine.math import mat, vec
-from atlasphys.engine.state.bodies import DYNAMIC
+from atlasphys.engine.state.manifolds import (
+    ANCHOR_A,
+    ANCHOR_B,
+    DEPTH,
+    IS_FRESH,
+    IS_RECYCLABLE,
+    FRICTION,
+    LOCAL_A,
+    LOCAL_B,
+    NORMAL,
+    NORMAL_IMPULSE,
+    PATCH_FRICTION,
+    PATCH_ROLLING,
+    POINT_COLUMNS,
+    RESTITUTION,
+    ROLLING,
+    TORSIONAL,
+)
 
 COMBINE_RULES = {"geometric_mean": 0, "average": 1, "min": 2, "max": 3, "multiply": 4}
 """How the coefficients of two bodies give that of their contact: √(xy), ½(x + y), the lesser, the greater, xy."""
@@ -27,12 +44,12 @@ def combine(x, y, rule):
 
 
 @routine
-def combine_materials(material, a, b, rules, combined, i):
-    """Write the material of the contact between colliders a and b to row i of ``combined``."""
-    combined[i, 0] = combine(material[a, 0], material[b, 0], rules[0])
-    combined[i, 1] = combine(material[a, 1], material[b, 1], rules[1])
-    combined[i, 2] = max(material[a, 2], material[b, 2])
-    combined[i, 3] = max(material[a, 3], material[b, 3])
+def combine_materials(material, a, b, rules, contact, i):
+    """Write the material of the contact between colliders a and b to row i of ``Manifolds.contact``."""
+    contact[i, FRICTION] = combine(material[a, 0], material[b, 0], rules[0])
+    contact[i, RESTITUTION] = combine(material[a, 1], material[b, 1], rules[1])
+    contact[i, ROLLING] = max(material[a, 2], material[b, 2])
+    contact[i, TORSIONAL] = max(material[a, 3], material[b, 3])
 
 
 @kernel
@@ -52,36 +69,28 @@ def build_manifolds(contacts, pairs, bodies, colliders, old, old_count, new, end
         a, b = contacts.a[p], contacts.b[p]
         normal = vec.load(contacts.normal, p)
         new.a[i], new.b[i] = a, b
-        vec.store(new.normal, i, normal)
-        combine_materials(colliders.material, a, b, rules, new.material, i)
+        vec.store_columns(new.contact, i, NORMAL, normal)
+        combine_materials(colliders.material, a, b, rules, new.contact, i)
 
         body_a, body_b = colliders.body[a], colliders.body[b]
-        near_a = bodies.kind[body_a] == DYNAMIC
         frame_a, frame_b = mat.load(bodies.geometry, body_a), mat.load(bodies.geometry, body_b)
         points = reduce_points(normal, contacts.anchor_b, contacts.depth, contacts.first[p], contacts.count[p], kept)
         new.count[i] = points
         for k in range(points):
             r_a, r_b = vec.load(contacts.anchor_a, kept[k]), vec.load(contacts.anchor_b, kept[k])
-            vec.store_at(new.anchor_a, i, k, r_a)
-            vec.store_at(new.anchor_b, i, k, r_b)
-            # Seen from a body that cannot be a plane with a far-off origin
-            vec.store_at(
-                new.point, i, k,
-                vec.add(vec.load(bodies.center, body_a), r_a) if near_a else vec.add(vec.load(bodies.center, body_b), r_b),
-            )  # fmt: skip
-            vec.store_at(new.local_a, i, k, mat.transpose_mul_vec(frame_a, r_a))
-            vec.store_at(new.local_b, i, k, mat.transpose_mul_vec(frame_b, r_b))
-            new.depth[i, k] = contacts.depth[kept[k]]
+            first = POINT_COLUMNS * k
+            vec.store_columns(new.points, i, first + ANCHOR_A, r_a)
+            vec.store_columns(new.points, i, first + ANCHOR_B, r_b)
+            vec.store_columns(new.local, i, first + LOCAL_A, mat.transpose_mul_vec(frame_a, r_a))
+            vec.store_columns(new.local, i, first + LOCAL_B, mat.transpose_mul_vec(frame_b, r_b))
+            new.points[i, first + DEPTH] = contacts.depth[kept[k]]
             new.feature[i, k] = contacts.feature[kept[k]]
         zero = normal[0] - normal[0]
         none = (zero, zero, zero)
         for k in range(points, 4):  # unused points are zero, so that equal states are equal bits
-            new.depth[i, k], new.feature[i, k] = zero, 0
-            vec.store_at(new.anchor_a, i, k, none)
-            vec.store_at(new.anchor_b, i, k, none)
-            vec.store_at(new.local_a, i, k, none)
-            vec.store_at(new.local_b, i, k, none)
-            vec.store_at(new.point, i, k, none)
+            new.feature[i, k] = 0
+            for c in range(POINT_COLUMNS * k, POINT_COLUMNS * (k + 1)):
+                new.points[i, c] = new.local[i, c] = zero
 
         while j < old_count and (old.a[j] < a or (old.a[j] == a and old.b[j] < b)):
             ended[j] = True
@@ -91,15 +100,17 @@ def build_manifolds(contacts, pairs, bodies, colliders, old, old_count, new, end
             origin[k] = -1
         if goes_on:
             match_points(
-                i, points, new.feature, new.local_a, new.local_b,
-                j, old.count[j], old.feature, old.local_a, old.local_b, distance, origin,
+                i, points, new.feature, new.local, j, old.count[j], old.feature, old.local, distance, origin
             )  # fmt: skip
         for k in range(4):
             q = origin[k]
-            new.normal_impulse[i, k] = old.normal_impulse[j, q] if q >= 0 else zero
-            vec.store_at(new.friction_impulse, i, k, vec.load_at(old.friction_impulse, j, q) if q >= 0 else none)
-        vec.store(new.rolling_impulse, i, vec.load(old.rolling_impulse, j) if goes_on else none)
-        new.torsional_impulse[i] = old.torsional_impulse[j] if goes_on else zero
+            pushed = old.points[j, POINT_COLUMNS * q + NORMAL_IMPULSE] if q >= 0 else zero
+            new.points[i, POINT_COLUMNS * k + NORMAL_IMPULSE] = pushed
+            rubbed = vec.load_columns(old.friction_impulse, j, 3 * q) if q >= 0 else none
+            vec.store_columns(new.friction_impulse, i, 3 * k, rubbed)
+        for c in range(PATCH_FRICTION, PATCH_ROLLING + 3):
+            new.contact[i, c] = old.contact[j, c] if goes_on else zero
+        new.contact[i, IS_FRESH], new.reference[i, IS_RECYCLABLE] = 1, 0
         new.touching[i] = goes_on and old.touching[j]
         if goes_on:
             ended[j] = False

@@ -6,15 +6,21 @@ from either body. Position is needed because feature ids flicker where faces ali
 
 from atlasphys.engine.jit import routine
 from atlasphys.engine.math import vec
+from atlasphys.engine.state.manifolds import LOCAL_A, LOCAL_B, POINT_COLUMNS
 
 FEATURE_REACH = 100
 """Square of the multiple of the matching distance within which equal features count as the same contact."""
 
 
 @routine
-def match_points(
-    i, count, feature, local_a, local_b, j, old_count, old_feature, old_local_a, old_local_b, distance, origin
-):  # fmt: skip
+def load_local(local, i, k):
+    """Point k of manifold i in the axes of a and of b."""
+    first = POINT_COLUMNS * k
+    return vec.load_columns(local, i, first + LOCAL_A), vec.load_columns(local, i, first + LOCAL_B)
+
+
+@routine
+def match_points(i, count, feature, local, j, old_count, old_feature, old_local, distance, origin):
     """For each of the ``count`` points of new manifold i, find the point of old manifold j that it goes on from.
 
     ``origin[k]`` becomes that point's number, or −1. Each old point serves at most one new one.
@@ -28,14 +34,12 @@ def match_points(
             elif origin[k] >= 0:
                 continue
             best = type(distance)(FEATURE_REACH) * limit if pass_number == 0 else limit
-            a, b = vec.load_at(local_a, i, k), vec.load_at(local_b, i, k)
+            a, b = load_local(local, i, k)
             for q in range(old_count):
                 if used & (1 << q) or (pass_number == 0 and feature[i, k] != old_feature[j, q]):
                     continue
-                squared = min(
-                    vec.length_squared(vec.sub(a, vec.load_at(old_local_a, j, q))),
-                    vec.length_squared(vec.sub(b, vec.load_at(old_local_b, j, q))),
-                )
+                old_a, old_b = load_local(old_local, j, q)
+                squared = min(vec.length_squared(vec.sub(a, old_a)), vec.length_squared(vec.sub(b, old_b)))
                 if squared <= best:
                     origin[k], best = q, squared
             if origin[k] >= 0:

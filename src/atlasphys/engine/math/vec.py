@@ -73,21 +73,21 @@ def load(rows, i):
 
 
 @routine
-def load_at(table, i, k):
-    """The vector at [i, k] of an (n, m, 3) array. (Slicing a row off first would cost time, and much more compile time.)"""
-    return table[i, k, 0], table[i, k, 1], table[i, k, 2]
-
-
-@routine
-def store_at(table, i, k, u):
-    """Write u to [i, k] of an (n, m, 3) array."""
-    table[i, k, 0], table[i, k, 1], table[i, k, 2] = u[0], u[1], u[2]
+def load_columns(rows, i, first):
+    """Three columns of row i, from column ``first`` on. (Slicing a row off first would cost time, and much more compile time.)"""
+    return rows[i, first], rows[i, first + 1], rows[i, first + 2]
 
 
 @routine
 def store(rows, i, u):
     """Write u to columns 0 to 2 of row i."""
     rows[i, 0], rows[i, 1], rows[i, 2] = u[0], u[1], u[2]
+
+
+@routine
+def store_columns(rows, i, first, u):
+    """Write u to three columns of row i, from column ``first`` on."""
+    rows[i, first], rows[i, first + 1], rows[i, first + 2] = u[0], u[1], u[2]
 
 
 @routine

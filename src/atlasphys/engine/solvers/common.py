@@ -3,7 +3,8 @@
 import math
 
 from atlasphys.engine.jit import routine
-from atlasphys.engine.math import mat, vec
+from atlasphys.engine.math import vec
+from atlasphys.engine.state.manifolds import ANCHOR_A, ANCHOR_B, POINT_COLUMNS
 
 
 @routine
@@ -22,8 +23,22 @@ def store_velocity(motion, i, v, w):
 @routine
 def load_inverse_mass(inverse_mass, i):
     """Inverse mass along each world axis, and inverse inertia (symmetric, six numbers), of body i."""
-    row = mat.load(inverse_mass, i)
-    return (row[0], row[1], row[2]), (row[3], row[4], row[5], row[6], row[7], row[8])
+    inertia = (
+        inverse_mass[i, 0],
+        inverse_mass[i, 1],
+        inverse_mass[i, 2],
+        inverse_mass[i, 3],
+        inverse_mass[i, 4],
+        inverse_mass[i, 5],
+    )
+    return vec.load_columns(inverse_mass, i, 8), inertia
+
+
+@routine
+def load_anchors(points, i, k):
+    """Point k of manifold i, seen from the centres of mass of a and of b, from its row of ``Manifolds.points``."""
+    first = POINT_COLUMNS * k
+    return vec.load_columns(points, i, first + ANCHOR_A), vec.load_columns(points, i, first + ANCHOR_B)
 
 
 @routine

@@ -11,9 +11,10 @@ the projection conserves both momenta of bodies that touch only each other.
 
 from atlasphys.engine.jit import routine
 from atlasphys.engine.math import vec
-from atlasphys.engine.solvers.common import load_velocity, store_velocity, weighted
+from atlasphys.engine.solvers.common import load_anchors, load_inverse_mass, load_velocity, store_velocity, weighted
 from atlasphys.engine.solvers.integrate import turn_body, turn_keeping_momentum
 from atlasphys.engine.state.bodies import DYNAMIC
+from atlasphys.engine.state.manifolds import DEPTH, NORMAL, POINT_COLUMNS
 
 
 @routine
@@ -44,18 +45,18 @@ def project_positions(
         settled = True
         for i in range(count):
             a, b = pairs[i, 0], pairs[i, 1]
-            n = vec.load(manifolds.normal, i)
+            n = vec.load_columns(manifolds.contact, i, NORMAL)
             moved_a, turned_a = load_velocity(displacement, a)
             moved_b, turned_b = load_velocity(displacement, b)
             touched = False
             for k in range(manifolds.count[i]):
-                shift_a = shift(vec.load_at(manifolds.anchor_a, i, k), moved_a, turned_a)
-                shift_b = shift(vec.load_at(manifolds.anchor_b, i, k), moved_b, turned_b)
-                excess = manifolds.depth[i, k] - vec.dot(n, vec.sub(shift_b, shift_a)) - slop
+                r_a, r_b = load_anchors(manifolds.points, i, k)
+                shift_a, shift_b = shift(r_a, moved_a, turned_a), shift(r_b, moved_b, turned_b)
+                excess = manifolds.points[i, POINT_COLUMNS * k + DEPTH] - vec.dot(n, vec.sub(shift_b, shift_a)) - slop
                 if excess > 0:
                     p = 4 * i + k
                     push = points[p, 6] * min(rate * excess, max_correction)
-                    m_a, m_b = vec.load(inverse_mass, a), vec.load(inverse_mass, b)
+                    (m_a, _), (m_b, _) = load_inverse_mass(inverse_mass, a), load_inverse_mass(inverse_mass, b)
                     moved_a = vec.add_scaled(moved_a, weighted(m_a, n), -push)
                     moved_b = vec.add_scaled(moved_b, weighted(m_b, n), push)
                     share = vec.scale(vec.cross(n, vec.sub(vec.load(motion, a), vec.load(motion, b))), half * push)

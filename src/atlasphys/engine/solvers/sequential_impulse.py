@@ -22,6 +22,7 @@ from atlasphys.engine.math import mat, vec
 from atlasphys.engine.shapes.arguments import invalid, number
 from atlasphys.engine.solvers.common import (
     invert_2x2,
+    load_anchors,
     load_inverse_mass,
     load_velocity,
     relative_velocity,
@@ -31,6 +32,18 @@ from atlasphys.engine.solvers.common import (
 )
 from atlasphys.engine.solvers.integrate import integrate_positions, integrate_velocities, place_origins
 from atlasphys.engine.solvers.projection import project_positions
+from atlasphys.engine.state.manifolds import (
+    DEPTH,
+    FRICTION,
+    NORMAL,
+    NORMAL_IMPULSE,
+    PATCH_ROLLING,
+    PATCH_TORSION,
+    POINT_COLUMNS,
+    RESTITUTION,
+    ROLLING,
+    TORSIONAL,
+)
 from atlasphys.engine.state.state import State
 
 
@@ -101,7 +114,7 @@ NORMAL_MASS, TARGET = 6, 7  # 1 / k; least relative normal velocity asked for
 FRICTION_1, FRICTION_2 = 12, 13  # accumulated friction impulse along the two tangents
 APPROACH = 14  # relative normal velocity before this step's forces
 PRECISION = 15  # inverse of the error in speed that a bounce allows; 0 where nothing bounces
-POINT_COLUMNS = 16
+CONSTRAINT_COLUMNS = 16
 
 # Columns of a manifold's frame row.
 # 0–2 and 3–5 the two tangents
@@ -117,6 +130,7 @@ def prepare(motion, inverse_mass, pairs, manifolds, count, frames, points, block
     """Effective masses of every contact point, tangents, and last step's impulses scaled by ``ratio`` (0: start from none)."""
     real = type(ratio)
     one, zero = real(1), real(0)
+    contact, contact_points = manifolds.contact, manifolds.points
     for i in range(count):
         a, b = pairs[i, BODY_A], pairs[i, BODY_B]
         m_a, i_a = load_inverse_mass(inverse_mass, a)
@@ -124,7 +138,7 @@ def prepare(motion, inverse_mass, pairs, manifolds, count, frames, points, block
         v_a, w_a = load_velocity(motion, a)
         v_b, w_b = load_velocity(motion, b)
         m = vec.add(m_a, m_b)
-        n = vec.load(manifolds.normal, i)
+        n = vec.load_columns(contact, i, NORMAL)
         t1, t2 = vec.tangents(n)
         frames[i, 0], frames[i, 1], frames[i, 2] = t1
         frames[i, 3], frames[i, 4], frames[i, 5] = t2
@@ -132,7 +146,7 @@ def prepare(motion, inverse_mass, pairs, manifolds, count, frames, points, block
         m_n = vec.dot(n, weighted(m, n))
         for k in range(manifolds.count[i]):
             p = 4 * i + k
-            r_a, r_b = vec.load_at(manifolds.anchor_a, i, k), vec.load_at(manifolds.anchor_b, i, k)
+            r_a, r_b = load_anchors(contact_points, i, k)
             arm_a, arm_b = vec.cross(r_a, n), vec.cross(r_b, n)
             angular_a, angular_b = mat.sym_mul_vec(i_a, arm_a), mat.sym_mul_vec(i_b, arm_b)
             points[p, 0], points[p, 1], points[p, 2] = angular_a
@@ -149,11 +163,11 @@ def prepare(motion, inverse_mass, pairs, manifolds, count, frames, points, block
             inverse = invert_2x2(m11 + k11 + l11, m12 + k12 + l12, m22 + k22 + l22)
             points[p, 8], points[p, 9], points[p, 10], points[p, 11] = inverse
             points[p, APPROACH] = vec.dot(n, relative_velocity(v_a, w_a, r_a, v_b, w_b, r_b))
-            manifolds.normal_impulse[i, k] *= ratio
-            friction = vec.scale(vec.load_at(manifolds.friction_impulse, i, k), ratio)
+            contact_points[i, POINT_COLUMNS * k + NORMAL_IMPULSE] *= ratio
+            friction = vec.scale(vec.load_columns(manifolds.friction_impulse, i, 3 * k), ratio)
             points[p, FRICTION_1], points[p, FRICTION_2] = vec.dot(friction, t1), vec.dot(friction, t2)
         frames[i, ROLLING_1] = frames[i, ROLLING_2] = zero
-        if manifolds.material[i, 2] > 0 or manifolds.material[i, 3] > 0:
+        if contact[i, ROLLING] > 0 or contact[i, TORSIONAL] > 0:
             total = (
                 i_a[0] + i_b[0],
                 i_a[1] + i_b[1],
@@ -167,9 +181,9 @@ def prepare(motion, inverse_mass, pairs, manifolds, count, frames, points, block
             frames[i, 6], frames[i, 7], frames[i, 8], frames[i, 9] = inverse
             twist = vec.dot(n, mat.sym_mul_vec(total, n))
             frames[i, TORSIONAL_MASS] = one / twist if twist > 0 else zero
-            rolling = vec.scale(vec.load(manifolds.rolling_impulse, i), ratio)
+            rolling = vec.scale(vec.load_columns(contact, i, PATCH_ROLLING), ratio)
             frames[i, ROLLING_1], frames[i, ROLLING_2] = vec.dot(rolling, t1), vec.dot(rolling, t2)
-        manifolds.torsional_impulse[i] *= ratio
+        contact[i, PATCH_TORSION] *= ratio
 
 
 @routine
@@ -209,16 +223,17 @@ def set_targets(motion, pairs, manifolds, count, points, h, bias, slop, max_corr
     (1 − e) times the approach speed could gain some. A tenth of that is asked for, but no more than ``finest`` of the speed.
     """
     real = type(h)
+    contact, contact_points = manifolds.contact, manifolds.points
     for i in range(count):
         v_a, w_a = load_velocity(motion, pairs[i, BODY_A])
         v_b, w_b = load_velocity(motion, pairs[i, BODY_B])
-        n = vec.load(manifolds.normal, i)
-        restitution = manifolds.material[i, 1]
+        n = vec.load_columns(contact, i, NORMAL)
+        restitution = contact[i, RESTITUTION]
         for k in range(manifolds.count[i]):
             p = 4 * i + k
-            r_a, r_b = vec.load_at(manifolds.anchor_a, i, k), vec.load_at(manifolds.anchor_b, i, k)
+            r_a, r_b = load_anchors(contact_points, i, k)
             speed = vec.dot(n, relative_velocity(v_a, w_a, r_a, v_b, w_b, r_b))
-            gap = -manifolds.depth[i, k]
+            gap = -contact_points[i, POINT_COLUMNS * k + DEPTH]
             approach = -points[p, APPROACH]
             target = -gap / h if gap > 0 else bias * min(max(-gap - slop, real(0)), max_correction)
             end = gap + speed * h
@@ -253,19 +268,22 @@ def push(v_a, w_a, m_a, i_a, r_a, v_b, w_b, m_b, i_b, r_b, impulse):
 @routine
 def warm_start(motion, inverse_mass, pairs, manifolds, count, frames, points):
     """Apply the impulses with which the iterations begin."""
+    contact, contact_points = manifolds.contact, manifolds.points
     for i in range(count):
         a, b = pairs[i, BODY_A], pairs[i, BODY_B]
         m_a, i_a = load_inverse_mass(inverse_mass, a)
         m_b, i_b = load_inverse_mass(inverse_mass, b)
         v_a, w_a = load_velocity(motion, a)
         v_b, w_b = load_velocity(motion, b)
-        n, t1, t2 = vec.load(manifolds.normal, i), vec.load(frames, i), (frames[i, 3], frames[i, 4], frames[i, 5])
+        n = vec.load_columns(contact, i, NORMAL)
+        t1, t2 = vec.load(frames, i), vec.load_columns(frames, i, 3)
         for k in range(manifolds.count[i]):
             p = 4 * i + k
-            r_a, r_b = vec.load_at(manifolds.anchor_a, i, k), vec.load_at(manifolds.anchor_b, i, k)
-            impulse = combined(n, manifolds.normal_impulse[i, k], t1, points[p, FRICTION_1], t2, points[p, FRICTION_2])
+            r_a, r_b = load_anchors(contact_points, i, k)
+            pushed = contact_points[i, POINT_COLUMNS * k + NORMAL_IMPULSE]
+            impulse = combined(n, pushed, t1, points[p, FRICTION_1], t2, points[p, FRICTION_2])
             v_a, w_a, v_b, w_b = push(v_a, w_a, m_a, i_a, r_a, v_b, w_b, m_b, i_b, r_b, impulse)
-        impulse = combined(n, manifolds.torsional_impulse[i], t1, frames[i, ROLLING_1], t2, frames[i, ROLLING_2])
+        impulse = combined(n, contact[i, PATCH_TORSION], t1, frames[i, ROLLING_1], t2, frames[i, ROLLING_2])
         w_a, w_b = vec.sub(w_a, mat.sym_mul_vec(i_a, impulse)), vec.add(w_b, mat.sym_mul_vec(i_b, impulse))
         store_velocity(motion, a, v_a, w_a)
         store_velocity(motion, b, v_b, w_b)
@@ -287,6 +305,7 @@ def sweep(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks,
 
     Returns the greatest error in speed that it found at a bounce, in units of what is allowed.
     """
+    contact, contact_points = manifolds.contact, manifolds.points
     error = type(points[0, 0])(0)
     for i in range(count):
         a, b = pairs[i, BODY_A], pairs[i, BODY_B]
@@ -294,32 +313,33 @@ def sweep(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks,
         m_b, i_b = load_inverse_mass(inverse_mass, b)
         v_a, w_a = load_velocity(motion, a)
         v_b, w_b = load_velocity(motion, b)
-        n, t1, t2 = vec.load(manifolds.normal, i), vec.load(frames, i), (frames[i, 3], frames[i, 4], frames[i, 5])
-        friction, rolling, torsional = manifolds.material[i, 0], manifolds.material[i, 2], manifolds.material[i, 3]
+        n = vec.load_columns(contact, i, NORMAL)
+        t1, t2 = vec.load(frames, i), vec.load_columns(frames, i, 3)
+        friction, rolling, torsional = contact[i, FRICTION], contact[i, ROLLING], contact[i, TORSIONAL]
         zero = friction - friction
         load = zero
         for k in range(manifolds.count[i]):
-            load += manifolds.normal_impulse[i, k]
+            load += contact_points[i, POINT_COLUMNS * k + NORMAL_IMPULSE]
 
         if rolling > 0 or torsional > 0:
             spin = vec.sub(w_b, w_a)
             limit = friction * torsional * load
-            old = (manifolds.torsional_impulse[i], frames[i, ROLLING_1], frames[i, ROLLING_2])
+            old = (contact[i, PATCH_TORSION], frames[i, ROLLING_1], frames[i, ROLLING_2])
             twist = min(max(old[0] - frames[i, TORSIONAL_MASS] * vec.dot(n, spin), -limit), limit)
             inverse = (frames[i, 6], frames[i, 7], frames[i, 8], frames[i, 9])
             roll1, roll2 = solve_disk((old[1], old[2]), (vec.dot(t1, spin), vec.dot(t2, spin)), inverse, rolling * load)
-            manifolds.torsional_impulse[i], frames[i, ROLLING_1], frames[i, ROLLING_2] = twist, roll1, roll2
+            contact[i, PATCH_TORSION], frames[i, ROLLING_1], frames[i, ROLLING_2] = twist, roll1, roll2
             impulse = combined(n, twist - old[0], t1, roll1 - old[1], t2, roll2 - old[2])
             w_a, w_b = vec.sub(w_a, mat.sym_mul_vec(i_a, impulse)), vec.add(w_b, mat.sym_mul_vec(i_b, impulse))
 
         if friction > 0:
             for k in range(manifolds.count[i]):
                 p = 4 * i + k
-                r_a, r_b = vec.load_at(manifolds.anchor_a, i, k), vec.load_at(manifolds.anchor_b, i, k)
+                r_a, r_b = load_anchors(contact_points, i, k)
                 v = relative_velocity(v_a, w_a, r_a, v_b, w_b, r_b)
                 old1, old2 = points[p, FRICTION_1], points[p, FRICTION_2]
                 inverse = (points[p, 8], points[p, 9], points[p, 10], points[p, 11])
-                limit = friction * manifolds.normal_impulse[i, k]
+                limit = friction * contact_points[i, POINT_COLUMNS * k + NORMAL_IMPULSE]
                 new1, new2 = solve_disk((old1, old2), (vec.dot(t1, v), vec.dot(t2, v)), inverse, limit)
                 points[p, FRICTION_1], points[p, FRICTION_2] = new1, new2
                 impulse = vec.add_scaled(vec.scale(t1, new1 - old1), t2, new2 - old2)
@@ -328,18 +348,19 @@ def sweep(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks,
         # The normal impulses of one manifold as a block: its velocities once, inner sweeps on the block's own matrix, then the sum.
         number = manifolds.count[i]
         for k in range(number):
-            r_a, r_b = vec.load_at(manifolds.anchor_a, i, k), vec.load_at(manifolds.anchor_b, i, k)
+            r_a, r_b = load_anchors(contact_points, i, k)
             v = relative_velocity(v_a, w_a, r_a, v_b, w_b, r_b)
             excess[k] = vec.dot(n, v) - points[4 * i + k, TARGET]
             change[k] = zero
-            if manifolds.normal_impulse[i, k] > 0 or excess[k] < 0:
+            if contact_points[i, POINT_COLUMNS * k + NORMAL_IMPULSE] > 0 or excess[k] < 0:
                 error = max(error, abs(excess[k]) * points[4 * i + k, PRECISION])
-        sweeps = 1 if number == 1 else (INNER_SWEEPS if manifolds.material[i, 1] == 0 else BOUNCING_SWEEPS)
+        sweeps = 1 if number == 1 else (INNER_SWEEPS if contact[i, RESTITUTION] == 0 else BOUNCING_SWEEPS)
         for _ in range(sweeps):
             for k in range(number):
-                old = manifolds.normal_impulse[i, k]
+                column = POINT_COLUMNS * k + NORMAL_IMPULSE
+                old = contact_points[i, column]
                 new = max(old - points[4 * i + k, NORMAL_MASS] * excess[k], zero)
-                manifolds.normal_impulse[i, k] = new
+                contact_points[i, column] = new
                 change[k] += new - old
                 for j in range(number):
                     excess[j] += blocks[i, 4 * k + j] * (new - old)
@@ -359,16 +380,18 @@ def sweep(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks,
 @routine
 def store_impulses(manifolds, count, frames, points):
     """Write friction and rolling impulses back as world vectors, and note which pairs touch."""
+    contact_points = manifolds.points
     for i in range(count):
         t1, t2 = vec.load(frames, i), (frames[i, 3], frames[i, 4], frames[i, 5])
         for k in range(manifolds.count[i]):
             p = 4 * i + k
             impulse = vec.add_scaled(vec.scale(t1, points[p, FRICTION_1]), t2, points[p, FRICTION_2])
-            vec.store_at(manifolds.friction_impulse, i, k, impulse)
-            if manifolds.normal_impulse[i, k] > 0 or manifolds.depth[i, k] >= 0:
+            vec.store_columns(manifolds.friction_impulse, i, 3 * k, impulse)
+            first = POINT_COLUMNS * k
+            if contact_points[i, first + NORMAL_IMPULSE] > 0 or contact_points[i, first + DEPTH] >= 0:
                 manifolds.touching[i] = True
         rolling = vec.add_scaled(vec.scale(t1, frames[i, ROLLING_1]), t2, frames[i, ROLLING_2])
-        vec.store(manifolds.rolling_impulse, i, rolling)
+        vec.store_columns(manifolds.contact, i, PATCH_ROLLING, rolling)
 
 
 @kernel
@@ -406,7 +429,7 @@ def advance(state: State, settings: SequentialImpulse, h: float) -> None:
     baumgarte = settings.position_correction == "baumgarte"
     capacity = max(state.next_count, 1)
     frames = np.empty((capacity, FRAME_COLUMNS), state.real)
-    points = np.empty((4 * capacity, POINT_COLUMNS), state.real)
+    points = np.empty((4 * capacity, CONSTRAINT_COLUMNS), state.real)
     blocks = np.empty((capacity, 16), state.real)
     excess, change = np.empty((2, 4), state.real)
     pairs = np.empty((capacity, 2), np.int32)

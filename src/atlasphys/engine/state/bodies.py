@@ -51,10 +51,16 @@ class Bodies(NamedTuple):
     center: npt.NDArray[np.float64]
     """(n, 3) centre of mass [m]."""
     geometry: npt.NDArray[np.floating]
-    """(n, 16) 0–8 rotation matrix of the body's own frame, row by row; 9–11 centre − position in world axes [m]; 12–15 unused."""
+    """(n, 16) 0–8 rotation matrix of the body's own frame, row by row; 9–11 centre − position in world axes [m]; 12–15 the
+    orientation."""
     inverse_mass: npt.NDArray[np.floating]
     """(n, 16) 0–5 inverse inertia in world axes, xx yy zz xy xz yz [1/(kg m²)]; 6 inverse mass [1/kg]; 7 unused; 8–10 inverse mass
     along world x, y, z; 11–15 unused. Inverse inertia and 8–10 are 0 along locked axes; column 6 knows no locks."""
+
+    frame: npt.NDArray[np.floating]
+    """(n, 8) 0–2 ``local_center``; 3 whether its angular velocity changes without torque (1) or not (0); 4–7 ``principal``."""
+    drive: npt.NDArray[np.floating]
+    """(n, 8) what a substep does to the velocities: 0–2 is added to v, which is then multiplied by 3; 4–6 and 7 likewise for ω."""
 
 
 def empty_bodies(capacity: int, real: npt.DTypeLike) -> Bodies:
@@ -75,4 +81,6 @@ def empty_bodies(capacity: int, real: npt.DTypeLike) -> Bodies:
         center=aligned_zeros((n, 3), np.float64),
         geometry=aligned_zeros((n, 16), real),
         inverse_mass=aligned_zeros((n, 16), real),
+        frame=aligned_zeros((n, 8), real),
+        drive=aligned_zeros((n, 8), real),
     )

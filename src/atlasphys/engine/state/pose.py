@@ -43,6 +43,14 @@ def refresh(bodies: Bodies, first: int, last: int) -> None:
         orientation = quat.load(bodies.orientation, i)
         rotation = quat.matrix(orientation)
         mat.store(geometry, i, rotation)
+        for k in range(3):
+            bodies.frame[i, k] = bodies.local_center[i, k]
+        for k in range(4):
+            geometry[i, 12 + k] = orientation[k]
+            bodies.frame[i, 4 + k] = bodies.principal[i, k]
+        isotropic = mass[i, 2] == mass[i, 3] and mass[i, 3] == mass[i, 4]
+        free = bodies.kind[i] == DYNAMIC and not bodies.locks[i] & ROTATION_LOCKS
+        bodies.frame[i, 3] = 1 if free and not isotropic else 0
         offset = mat.mul_vec(rotation, vec.load(bodies.local_center, i))
         for k in range(3):
             geometry[i, 9 + k] = offset[k]
@@ -56,10 +64,11 @@ def refresh(bodies: Bodies, first: int, last: int) -> None:
                 inverse = free_inverse_inertia(tensor, locks)
             else:
                 inverse = mat.rotated_diagonal(axes, (mass[i, 5], mass[i, 6], mass[i, 7]))
-            for k in range(3):
-                inverse_mass[i, k] = 0 if locks & (1 << k) else mass[i, 1]
             for k in range(6):
-                inverse_mass[i, 3 + k] = inverse[k]
+                inverse_mass[i, k] = inverse[k]
+            inverse_mass[i, 6] = mass[i, 1]
+            for k in range(3):
+                inverse_mass[i, 8 + k] = 0 if locks & (1 << k) else mass[i, 1]
         else:
-            for k in range(9):
+            for k in range(inverse_mass.shape[1]):
                 inverse_mass[i, k] = 0
