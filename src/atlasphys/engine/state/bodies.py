@@ -41,7 +41,7 @@ class Bodies(NamedTuple):
     principal: npt.NDArray[np.floating]
     """(n, 4) unit quaternion from the principal axes of inertia to the body's own frame."""
     response: npt.NDArray[np.floating]
-    """(n, 4) 0 gravity scale, 1 linear damping [1/s], 2 angular damping [1/s]."""
+    """(n, 8) 0 gravity scale, 1 linear damping [1/s], 2 angular damping [1/s]."""
     locks: npt.NDArray[np.uint8]
     """(n,) bits 0–2: no motion along world x, y, z; bits 3–5: no rotation about them."""
     id: npt.NDArray[np.int64]
@@ -75,7 +75,7 @@ def empty_bodies(capacity: int, real: npt.DTypeLike) -> Bodies:
         mass=aligned_zeros((n, 8), real),
         local_center=aligned_zeros((n, 3), real),
         principal=aligned_zeros((n, 4), real),
-        response=aligned_zeros((n, 4), real),
+        response=aligned_zeros((n, 8), real),
         locks=aligned_zeros((n,), np.uint8),
         id=aligned_zeros((n,), np.int64),
         center=aligned_zeros((n, 3), np.float64),

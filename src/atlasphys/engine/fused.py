@@ -1,0 +1,403 @@
+"""The step of the default world, its stages fused in one compiled call.
+
+``run_steps`` makes as many steps as it is asked for without returning to Python, unless a stage needs something that only Python can give: other
+candidate pairs, routines for pairs of rarer shapes, or more memory. It then says so, and is called again to go on where it stopped.
+The stages are those of ``step.py``, in the same order; their algorithms are in the folders that bear their names.
+"""
+
+from typing import NamedTuple
+
+from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
+from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.manifold.build import combine_materials_lane
+from atlasphys.engine.manifold.recycle import (
+    NEW_ROW,
+    OLD_COUNT,
+    OLD_ROW,
+    PAIR_A,
+    PAIR_B,
+    RESULT,
+    SWAPPED,
+    recycle,
+)
+from atlasphys.engine.manifold.reduce import reduce_points
+from atlasphys.engine.manifold.renew import renew
+from atlasphys.engine.math import vec
+from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
+from atlasphys.engine.simd import LANES
+from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
+from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
+from atlasphys.engine.state.manifolds import DEPTH, NORMAL_IMPULSE, POINT_COLUMNS
+from atlasphys.engine.state.work import (
+    BEGAN,
+    BLOCKS_MANY,
+    BLOCKS_ONE,
+    DETECT,
+    DIVERGED,
+    DONE,
+    ENDED,
+    FINISHED,
+    FORCES,
+    GENERIC,
+    NEED_BLOCKS,
+    NEED_GENERIC,
+    NEED_PAIRS,
+    OLD_ROWS,
+    PAIRS,
+    PAIRS_CHANGED,
+    PARITY,
+    PHASE,
+    RESPOND,
+    TAKE_GENERIC,
+)
+
+
+class Constants(NamedTuple):
+    """Numbers of a run, in the world's precision."""
+
+    h: float
+    """Length of a substep [s]."""
+    substeps: int
+    gravity: tuple[float, float, float]
+    ratio: float
+    """Factor on last step's impulses."""
+    soft: tuple[float, float, float, float, float, float, float, float]
+    """See solvers/soft_contact.py."""
+    recycling: tuple[float, float, float, float]
+    """See manifold/recycle.py."""
+    margin: float
+    match_distance: float
+    friction_rule: int
+    restitution_rule: int
+
+
+@routine
+def find_origins(pairs, count, old_a, old_b, old_count, old_touching, old_rows, origin, ended):
+    """The row of each pair in last step's table, −1 if it is not there; both are ordered. Returns how many touching pairs are no longer candidates."""
+    j = lost = 0
+    for p in range(count):
+        a, b = pairs[p, 0], pairs[p, 1]
+        while j < old_rows and (old_a[j] < a or (old_a[j] == a and old_b[j] < b)):
+            if old_count[j] > 0 and old_touching[j]:
+                ended[lost, 0], ended[lost, 1] = old_a[j], old_b[j]
+                lost += 1
+            j += 1
+        origin[p] = -1
+        if j < old_rows and old_a[j] == a and old_b[j] == b:
+            origin[p] = j
+            j += 1
+    while j < old_rows:
+        if old_count[j] > 0 and old_touching[j]:
+            ended[lost, 0], ended[lost, 1] = old_a[j], old_b[j]
+            lost += 1
+        j += 1
+    return lost
+
+
+@routine
+def fill_pair_lane(lane, p, pairs, origin, body, center, old_count, lanes):
+    """Put pair p into a lane of the scratch block. Returns the rows of its bodies."""
+    a, b = body[pairs[p, 0]], body[pairs[p, 1]]
+    lanes.integers[PAIR_A, lane], lanes.integers[PAIR_B, lane] = a, b
+    j = origin[p]
+    known = j >= 0 and old_count[j] > 0
+    lanes.integers[OLD_ROW, lane] = j if known else 0
+    lanes.integers[OLD_COUNT, lane] = old_count[j] if known else 0
+    lanes.integers[NEW_ROW, lane] = p
+    for k in range(3):
+        lanes.delta[k, lane] = center[b, k] - center[a, k]
+    return a, b
+
+
+@routine
+def renew_lanes(number, pairs, origin, geometry, material, constants, old, new, lanes):
+    """Write the manifolds of the first ``number`` lanes from their contact points."""
+    for lane in range(number):
+        p = lanes.integers[NEW_ROW, lane]
+        combine_materials_lane(
+            material, pairs[p, 0], pairs[p, 1], constants.friction_rule, constants.restitution_rule, lanes.materials, lane
+        )  # fmt: skip
+        j = lanes.integers[OLD_ROW, lane]
+        for k in range(4):
+            lanes.features[k, lane] = old.feature[j, k]
+    for lane in range(number, LANES):  # idle lanes
+        lanes.tags[4, lane] = 0
+    renew(
+        lanes.integers, lanes.delta, geometry, lanes.contact, lanes.tags, lanes.materials, lanes.features, old, new,
+        constants.match_distance,
+    )  # fmt: skip
+    for lane in range(number):
+        p, points = lanes.integers[NEW_ROW, lane], lanes.tags[4, lane]
+        new.count[p] = points
+        for k in range(4):
+            new.feature[p, k] = lanes.tags[k, lane] if k < points else 0
+        known = lanes.integers[OLD_COUNT, lane] > 0
+        new.touching[p] = points > 0 and known and old.touching[lanes.integers[OLD_ROW, lane]]
+
+
+@routine
+def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work):
+    """Collide the pairs of one kind that wait, up to eight."""
+    number, lanes = work.queued[kind], work.lanes
+    work.queued[kind] = 0
+    for lane in range(LANES):
+        p = work.queue[kind, min(lane, number - 1)]
+        a, b = fill_pair_lane(lane, p, work.pairs, work.origin, colliders.body, bodies.center, old.count, lanes)
+        lanes.integers[SWAPPED, lane] = place_lane(
+            lane, kind, work.pairs[p, 0], work.pairs[p, 1], a, b, bodies, colliders.shape, shapes, lanes
+        )
+    collide_lanes(kind, bodies.geometry, constants.margin, lanes)
+    renew_lanes(number, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
+
+
+@routine
+def enqueue(p, bodies, colliders, shapes, constants, old, new, work):
+    """Have a pair collided: once eight of its kind wait, or later by a routine that Python calls."""
+    kind = work.kinds[p]
+    if kind == GENERIC_KIND:
+        work.generic[work.status[GENERIC]] = p
+        work.status[GENERIC] += 1
+        return
+    work.queue[kind, work.queued[kind]] = p
+    work.queued[kind] += 1
+    if work.queued[kind] == LANES:
+        collide_queue(kind, bodies, colliders, shapes, constants, old, new, work)
+
+
+@routine
+def recycle_queue(bodies, colliders, shapes, constants, old, new, work):
+    """Recycle the pairs that wait for it, up to eight, or have them collided."""
+    number, lanes = work.queued[KINDS], work.lanes
+    work.queued[KINDS] = 0
+    for lane in range(LANES):
+        p = work.queue[KINDS, min(lane, number - 1)]
+        fill_pair_lane(lane, p, work.pairs, work.origin, colliders.body, bodies.center, old.count, lanes)
+    recycle(lanes.integers, lanes.delta, bodies.geometry, old, new, constants.recycling)
+    recycled = 0
+    for lane in range(number):
+        if lanes.integers[RESULT, lane]:
+            recycled |= 1 << lane
+    for lane in range(number):
+        p = work.queue[KINDS, lane]
+        if recycled & (1 << lane):
+            j = work.origin[p]
+            new.count[p], new.touching[p] = old.count[j], old.touching[j]
+            for k in range(4):
+                new.feature[p, k] = old.feature[j, k]
+        else:
+            enqueue(p, bodies, colliders, shapes, constants, old, new, work)
+
+
+@routine
+def detect(bodies, colliders, shapes, constants, old, new, work):
+    """Narrow phase and manifolds of all candidate pairs, except those left to ``generic``."""
+    status, pairs, origin = work.status, work.pairs, work.origin
+    count = status[PAIRS]
+    status[GENERIC] = status[BEGAN] = status[ENDED] = 0
+    if status[PAIRS_CHANGED]:
+        status[ENDED] = find_origins(
+            pairs, count, old.a, old.b, old.count, old.touching, status[OLD_ROWS], origin, work.ended
+        )
+    work.queued[:] = 0
+    recycling = constants.recycling[0] >= 0
+    for p in range(count):
+        new.a[p], new.b[p] = pairs[p, 0], pairs[p, 1]
+        new.count[p] = 0
+        j = origin[p]
+        if recycling and j >= 0 and old.count[j] > 0:
+            work.queue[KINDS, work.queued[KINDS]] = p
+            work.queued[KINDS] += 1
+            if work.queued[KINDS] == LANES:
+                recycle_queue(bodies, colliders, shapes, constants, old, new, work)
+        else:
+            enqueue(p, bodies, colliders, shapes, constants, old, new, work)
+    if work.queued[KINDS] > 0:
+        recycle_queue(bodies, colliders, shapes, constants, old, new, work)
+    for kind in range(KINDS):
+        if work.queued[kind] > 0:
+            collide_queue(kind, bodies, colliders, shapes, constants, old, new, work)
+
+
+@routine
+def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
+    """Manifolds of the pairs that the routines called by Python have collided: contact i belongs to pair ``generic[i]``."""
+    lanes, number = work.lanes, work.status[GENERIC]
+    for start in range(0, number, LANES):
+        filled = min(LANES, number - start)
+        for lane in range(LANES):
+            i = start + min(lane, filled - 1)
+            p = work.generic[i]
+            fill_pair_lane(lane, p, work.pairs, work.origin, colliders.body, bodies.center, old.count, lanes)
+            lanes.integers[SWAPPED, lane] = 0
+            normal = vec.load(contacts.normal, i)
+            points = 0
+            if contacts.count[i] > 0:
+                points = reduce_points(normal, contacts.anchor_b, contacts.depth, contacts.first[i], contacts.count[i], kept)
+            lanes.tags[4, lane] = points
+            for k in range(3):
+                lanes.contact[k, lane] = normal[k]
+            for k in range(points):
+                for c in range(3):
+                    lanes.contact[4 + 4 * k + c, lane] = contacts.anchor_a[kept[k], c]
+                lanes.contact[7 + 4 * k, lane] = contacts.depth[kept[k]]
+                lanes.tags[k, lane] = contacts.feature[kept[k]]
+        renew_lanes(filled, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
+
+
+@routine
+def substep_contacts(relax, motion, inverse_mass, soft, work):
+    """One pass over all contacts, colour by colour."""
+    starts = work.starts
+    for colour in range(COLOURS + 1):
+        for block in range(starts[1, colour], starts[1, colour + 1]):
+            if relax:
+                solve(4, 0, 1, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+            else:
+                solve(4, 0, 0, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+        for block in range(starts[0, colour], starts[0, colour + 1]):
+            if relax:
+                solve(1, 0, 1, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+            else:
+                solve(1, 0, 0, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+
+
+@routine
+def respond(bodies, constants, new, work):
+    """The solver stage: impulses and motion in all substeps."""
+    motion, geometry, inverse_mass = bodies.motion, bodies.geometry, bodies.inverse_mass
+    starts, h = work.starts, constants.h
+    plain, tumbling = work.plain, work.tumbling
+    for rows in (plain, tumbling):
+        for block in range(len(rows)):
+            drive(
+                0, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, bodies.drive,
+                constants.gravity, h,
+            )  # fmt: skip
+    many, one = starts[1, COLOURS + 1], starts[0, COLOURS + 1]
+    for block in range(many):
+        prepare(4, 0, block, work.integers_many, work.blocks_many, new, inverse_mass, constants.ratio)
+    for block in range(one):
+        prepare(1, 0, block, work.integers_one, work.blocks_one, new, inverse_mass, constants.ratio)
+    for _ in range(constants.substeps):
+        for rows in (plain, tumbling):
+            for block in range(len(rows)):
+                gain_speed(block, rows, motion, bodies.drive)
+        for colour in range(COLOURS + 1):
+            for block in range(starts[1, colour], starts[1, colour + 1]):
+                warm_start(4, 0, block, work.integers_many, work.blocks_many, motion, inverse_mass)
+            for block in range(starts[0, colour], starts[0, colour + 1]):
+                warm_start(1, 0, block, work.integers_one, work.blocks_one, motion, inverse_mass)
+        substep_contacts(False, motion, inverse_mass, constants.soft, work)
+        for block in range(len(plain)):
+            move(block, plain, motion, geometry, h)
+        for block in range(len(tumbling)):
+            tumble(block, tumbling, motion, geometry, bodies.mass, bodies.frame, inverse_mass, h)
+        substep_contacts(True, motion, inverse_mass, constants.soft, work)
+    for block in range(many):
+        store_impulses(4, block, work.integers_many, work.blocks_many, new)
+    for block in range(one):
+        store_impulses(1, block, work.integers_one, work.blocks_one, new)
+
+
+@routine
+def finish(bodies, remembered, work):
+    """Poses at the end of the step. Returns whether all is finite; only then is the step remembered."""
+    moved = work.lanes.moved
+    finite = True
+    for rows in (work.plain, work.tumbling):
+        for block in range(len(rows)):
+            finite = settle(block, rows, bodies.motion, bodies.geometry, bodies.frame, moved) and finite
+            for lane in range(LANES):
+                i = rows[block, lane]
+                if lane > 0 and i == rows[block, lane - 1]:
+                    break
+                for k in range(3):
+                    bodies.center[i, k] += moved[k, lane]
+                    bodies.position[i, k] = bodies.center[i, k] - moved[3 + k, lane]
+                for k in range(4):
+                    bodies.orientation[i, k] = bodies.geometry[i, 12 + k]
+    if not finite:
+        return False
+    for rows in (work.plain, work.tumbling):
+        for block in range(len(rows)):
+            for lane in range(LANES):
+                i = rows[block, lane]
+                for k in range(3):
+                    remembered.position[i, k] = bodies.position[i, k]
+                for k in range(4):
+                    remembered.orientation[i, k] = bodies.orientation[i, k]
+                for k in range(16):
+                    remembered.motion[i, k] = bodies.motion[i, k]
+    return True
+
+
+@routine
+def note_events(new, old, work):
+    """Which pairs touch now, and which began or ceased to in this step."""
+    status, pairs = work.status, work.pairs
+    for p in range(status[PAIRS]):
+        j = work.origin[p]
+        touched = j >= 0 and old.count[j] > 0 and old.touching[j]
+        touches = new.count[p] > 0 and new.touching[p]
+        if new.count[p] > 0 and not touches:
+            for k in range(new.count[p]):
+                column = POINT_COLUMNS * k
+                touches = touches or new.total[p, k] > 0 or new.points[p, column + DEPTH] >= 0
+            new.touching[p] = touches
+        if touches and not touched:
+            work.began[status[BEGAN], 0], work.began[status[BEGAN], 1] = pairs[p, 0], pairs[p, 1]
+            status[BEGAN] += 1
+        if touched and new.count[p] == 0:
+            work.ended[status[ENDED], 0], work.ended[status[ENDED], 1] = pairs[p, 0], pairs[p, 1]
+            status[ENDED] += 1
+
+
+@kernel
+def run_steps(bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, constants, work, steps):
+    """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
+
+    The present manifolds are in ``table_0`` if PARITY is 0; each step builds the next ones in the other table.
+    """
+    status = work.status
+    while status[DONE] < steps:
+        if status[PARITY] == 0:
+            old, new = table_0, table_1
+        else:
+            old, new = table_1, table_0
+        if status[PHASE] == DETECT:
+            detect(bodies, colliders, shapes, constants, old, new, work)
+            if status[GENERIC] > 0:
+                status[PHASE] = TAKE_GENERIC
+                return NEED_GENERIC
+            status[PHASE] = RESPOND
+        if status[PHASE] == TAKE_GENERIC:
+            take_generic(bodies, colliders, constants, contacts, kept, old, new, work)
+            status[PHASE] = RESPOND
+        colour_contacts(
+            new.a, new.b, new.count, status[PAIRS], colliders.body, bodies.inverse_mass, work.used, work.colours, work.sizes
+        )
+        block_ranges(work.sizes, work.starts)
+        status[BLOCKS_ONE], status[BLOCKS_MANY] = work.starts[0, COLOURS + 1], work.starts[1, COLOURS + 1]
+        if len(work.blocks_one) < status[BLOCKS_ONE] or len(work.blocks_many) < status[BLOCKS_MANY]:
+            return NEED_BLOCKS
+        fill_blocks(
+            new.a, new.b, new.count, status[PAIRS], colliders.body, bodies.inverse_mass, work.colours, work.starts,
+            work.cursor, work.integers_one, work.integers_many,
+        )  # fmt: skip
+        respond(bodies, constants, new, work)
+        if not finish(bodies, remembered, work):
+            return DIVERGED
+        note_events(new, old, work)
+        if status[FORCES]:
+            bodies.force[:] = 0
+            status[FORCES] = 0
+        if status[PAIRS_CHANGED]:
+            for p in range(status[PAIRS]):
+                work.origin[p] = p
+            status[PAIRS_CHANGED] = 0
+        status[OLD_ROWS] = status[PAIRS]
+        status[PARITY] = 1 - status[PARITY]
+        status[PHASE] = DETECT
+        status[DONE] += 1
+        return NEED_PAIRS
+    return FINISHED

@@ -1,0 +1,122 @@
+"""Working memory of the fused step: what does not outlive a step, or follows from the state."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from atlasphys.engine.simd import LANES
+from atlasphys.engine.state.arrays import aligned_zeros
+
+# Entries of ``Work.status``
+PHASE = 0  # where in a step to go on
+DONE = 1  # steps completed in this call
+PARITY = 2  # which of the two tables of manifolds is the present one
+OLD_ROWS = 3  # rows of the present table
+PAIRS = 4  # candidate pairs
+PAIRS_CHANGED = 5  # the candidate pairs are not those that the present table was made for
+GENERIC = 6  # pairs for the routines that Python calls
+BEGAN, ENDED = 7, 8  # contact events of the step
+BLOCKS_ONE, BLOCKS_MANY = 9, 10  # blocks that the step's contacts take
+FORCES = 11  # some body has a force to act in the next step
+BOUNCES = 12  # some contact of this step has restitution
+ENTRIES = 16
+
+# Values of PHASE
+DETECT, TAKE_GENERIC, RESPOND = range(3)
+
+# Why a call returns
+FINISHED, NEED_PAIRS, NEED_GENERIC, NEED_BLOCKS, DIVERGED = range(5)
+
+
+class Lanes(NamedTuple):
+    """Scratch of one block of eight pairs or bodies."""
+
+    integers: npt.NDArray[np.int32]
+    """(8, 8) see manifold/recycle.py."""
+    pairs: npt.NDArray[np.int32]
+    """(2, 8) bodies of the first and second shape."""
+    delta: npt.NDArray[np.floating]
+    """(3, 8) x_b − x_a."""
+    place: npt.NDArray[np.floating]
+    """(16, 8) see narrowphase/lanes."""
+    contact: npt.NDArray[np.floating]
+    """(24, 8) contact points, see narrowphase/lanes."""
+    tags: npt.NDArray[np.int32]
+    """(8, 8) features and number of points."""
+    materials: npt.NDArray[np.floating]
+    """(4, 8) combined materials."""
+    features: npt.NDArray[np.int32]
+    """(4, 8) features of last step's points."""
+    moved: npt.NDArray[np.floating]
+    """(8, 8) see solvers/body_block.py."""
+
+
+class Work(NamedTuple):
+    """Working memory. P is the capacity for pairs."""
+
+    status: npt.NDArray[np.int64]
+    pairs: npt.NDArray[np.int32]
+    """(P, 2) candidate pairs, ordered."""
+    kinds: npt.NDArray[np.int8]
+    """(P,) which routine collides the pair."""
+    origin: npt.NDArray[np.int32]
+    """(P,) row of the pair in last step's manifolds, or −1."""
+    generic: npt.NDArray[np.int32]
+    """(P,) pairs for the routines that Python calls."""
+    queue: npt.NDArray[np.int32]
+    """(kinds + 1, 8) pairs that wait for a block to be full."""
+    queued: npt.NDArray[np.int32]
+    """(kinds + 1,) how many wait."""
+    began: npt.NDArray[np.int32]
+    """(P, 2) pairs that began to touch in this step."""
+    ended: npt.NDArray[np.int32]
+    """(rows, 2) pairs that ceased to touch."""
+    colours: npt.NDArray[np.int8]
+    """(P,) colour of each manifold."""
+    used: npt.NDArray[np.uint64]
+    """(n,) colours that a body has in use."""
+    sizes: npt.NDArray[np.int64]
+    starts: npt.NDArray[np.int64]
+    cursor: npt.NDArray[np.int64]
+    """(2, colours + 2) contacts, first block, next lane of each class and colour."""
+    integers_one: npt.NDArray[np.int32]
+    blocks_one: npt.NDArray[np.floating]
+    """Blocks of manifolds of one point, see solvers/contact_block.py."""
+    integers_many: npt.NDArray[np.int32]
+    blocks_many: npt.NDArray[np.floating]
+    """Blocks of manifolds of two to four points."""
+    plain: npt.NDArray[np.int32]
+    """(blocks, 8) bodies that keep their angular velocity when free; the last one is repeated."""
+    tumbling: npt.NDArray[np.int32]
+    """(blocks, 8) bodies that do not."""
+    lanes: Lanes
+
+
+def in_blocks(rows: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
+    """Row numbers in blocks of eight, the last number repeated."""
+    blocks = -(-len(rows) // LANES)
+    padded = np.resize(rows[-1:], blocks * LANES) if len(rows) else rows
+    padded[: len(rows)] = rows
+    return np.ascontiguousarray(padded.reshape(-1, LANES), np.int32)
+
+
+def empty_lanes(real: npt.DTypeLike) -> Lanes:
+    """Scratch of one block."""
+
+    def block(fields: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
+        return aligned_zeros((fields, LANES), dtype)
+
+    return Lanes(
+        integers=block(8, np.int32),
+        pairs=block(2, np.int32),
+        delta=block(3, real),
+        place=block(16, real),
+        contact=block(24, real),
+        tags=block(8, np.int32),
+        materials=block(4, real),
+        features=block(4, np.int32),
+        moved=block(8, real),
+    )
