@@ -16,6 +16,7 @@ from atlasphys.engine.simd.lanes import (
     minimum,
     select,
     sqrt,
+    when,
 )
 from atlasphys.engine.simd.memory import Table, gather, load, scatter, store
 from atlasphys.engine.simd.target import instruction_set, lane_count
@@ -41,4 +42,5 @@ __all__ = [
     "simd_kernel",
     "sqrt",
     "store",
+    "when",
 ]

@@ -9,6 +9,7 @@ give the same bits on every CPU. Only the sign and payload of a NaN are not fixe
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -301,3 +302,24 @@ def _reduce(mask: Mask, sign: str, bits: int) -> Mask:
 def full(like: Any, number: float) -> Any:
     """A number in the dtype of other lanes, in every lane."""
     return like.like(like.constant(number)) if isinstance(like, Lanes) else like.dtype.type(number)
+
+
+def when(condition: Any, action: Callable[[], None]) -> None:
+    """Call ``action()`` only if the condition, one truth for all lanes, holds: to leave out what no lane needs.
+
+    What the action computes stays inside it, but for what it stores.
+
+    Raises
+    ------
+    TypeError
+        If the condition differs from lane to lane: ``any_lane`` and ``all_lanes`` make one truth of a mask.
+    """
+    if isinstance(condition, Mask):
+        if not condition.is_uniform:
+            raise TypeError("when needs one truth for all lanes: any_lane(mask) or all_lanes(mask)")
+        with condition.builder.if_then(condition.value):
+            action()
+    elif np.ndim(condition):
+        raise TypeError("when needs one truth for all lanes: any_lane(mask) or all_lanes(mask)")
+    elif condition:
+        action()
