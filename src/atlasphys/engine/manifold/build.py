@@ -52,6 +52,15 @@ def combine_materials(material, a, b, rules, contact, i):
     contact[i, TORSIONAL] = max(material[a, 3], material[b, 3])
 
 
+@routine
+def combine_materials_lane(material, a, b, friction_rule, restitution_rule, materials, lane):
+    """Write the material of the contact between colliders a and b to a lane of ``materials`` (4, lanes)."""
+    materials[0, lane] = combine(material[a, 0], material[b, 0], friction_rule)
+    materials[1, lane] = combine(material[a, 1], material[b, 1], restitution_rule)
+    materials[2, lane] = max(material[a, 2], material[b, 2])
+    materials[3, lane] = max(material[a, 3], material[b, 3])
+
+
 @kernel
 def build_manifolds(contacts, pairs, bodies, colliders, old, old_count, new, ended, rules, distance, kept, origin):
     """Fill ``new`` with the manifolds of all pairs that have contact points, and return their number.

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from atlasphys.engine.state.arrays import aligned_zeros
+from atlasphys.engine.state.arrays import aligned_zeros, with_capacity
 
 # Columns of ``contact``.
 NORMAL = 0  # 0–2 unit normal in world axes, from a to b
@@ -80,3 +80,8 @@ def empty_manifolds(capacity: int, real: npt.DTypeLike) -> Manifolds:
         total=aligned_zeros((m, 8), real),
         friction_impulse=aligned_zeros((m, 12), real),
     )
+
+
+def with_rows(manifolds: Manifolds, capacity: int) -> Manifolds:
+    """The same table with room for ``capacity`` rows."""
+    return with_capacity(manifolds, capacity)

@@ -1,0 +1,227 @@
+"""Steps of the default world from Python's side: what ``fused.run_steps`` is given, and what it asks for."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from atlasphys.engine.broadphase import BROADPHASES
+from atlasphys.engine.fused import Constants, run_steps
+from atlasphys.engine.islands.colour import COLOURS
+from atlasphys.engine.narrowphase.batch import KIND_OF, KINDS
+from atlasphys.engine.narrowphase.dispatch import collide
+from atlasphys.engine.shapes.bounds import update_bounds
+from atlasphys.engine.shapes.table import KIND
+from atlasphys.engine.simd import LANES
+from atlasphys.engine.solvers.contact_block import INTEGERS, Fields
+from atlasphys.engine.solvers.soft_step import SoftStep, softness
+from atlasphys.engine.state.arrays import aligned_zeros
+from atlasphys.engine.state.bodies import STATIC
+from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
+from atlasphys.engine.state.state import State
+from atlasphys.engine.state.work import (
+    BEGAN,
+    BLOCKS_MANY,
+    BLOCKS_ONE,
+    DIVERGED,
+    DONE,
+    ENDED,
+    ENTRIES,
+    FINISHED,
+    FORCES,
+    GENERIC,
+    NEED_BLOCKS,
+    NEED_GENERIC,
+    NEED_PAIRS,
+    OLD_ROWS,
+    PAIRS,
+    PAIRS_CHANGED,
+    PARITY,
+    PHASE,
+    Work,
+    empty_lanes,
+    in_blocks,
+)
+
+MOST_GROWTH = 4.0
+
+
+class DivergedError(ArithmeticError):
+    """A step gave non-finite numbers; ``rows`` says in which bodies."""
+
+    def __init__(self, rows: list[int]) -> None:
+        super().__init__(f"rows {rows} became non-finite")
+        self.rows = rows
+
+
+def constants(state: State, settings: SoftStep, h: float) -> Constants:
+    """The numbers of a run with steps of length h [s]."""
+    real, environment, tolerances = state.real.type, state.environment, state.tolerances
+    sub = h / settings.substeps
+    unit = environment.length_unit
+    frequency = min(settings.contact_frequency, 0.25 / sub)
+    soft = (
+        1 / sub,
+        *softness(frequency, settings.contact_damping, sub),
+        *softness(2 * frequency, settings.contact_damping, sub),
+        settings.push_out_speed * unit,
+    )
+    recycling = (
+        (settings.recycle_slip * unit) ** 2 if settings.contact_recycling else -1.0,
+        math.cos(settings.recycle_turn / 2),
+        math.cos(settings.recycle_twist / 2),
+        float(tolerances.margin),
+    )
+    ratio = min(h / state.last_h, MOST_GROWTH) if settings.warm_starting and state.last_h > 0 else 0.0
+    return Constants(
+        h=real(sub),
+        substeps=settings.substeps,
+        gravity=tuple(real(g) for g in environment.gravity),  # type: ignore[arg-type]
+        ratio=real(ratio),
+        soft=tuple(real(x) for x in soft),  # type: ignore[arg-type]
+        recycling=tuple(real(x) for x in recycling),  # type: ignore[arg-type]
+        margin=tolerances.margin,
+        match_distance=real(tolerances.match_distance),
+        friction_rule=environment.friction_rule,
+        restitution_rule=environment.restitution_rule,
+    )
+
+
+def empty_work(state: State) -> Work:
+    """Working memory for the bodies of a state; nothing in it is known yet."""
+    n = state.count
+    moving = np.flatnonzero(state.bodies.kind[:n] != STATIC)
+    tumbles = state.bodies.frame[moving, 3] > 0
+    real = state.real
+    one = np.zeros(1, np.int32)
+    return Work(
+        status=np.zeros(ENTRIES, np.int64),
+        pairs=np.zeros((1, 2), np.int32),
+        kinds=np.zeros(1, np.int8),
+        origin=one,
+        generic=one.copy(),
+        queue=np.zeros((KINDS + 1, LANES), np.int32),
+        queued=np.zeros(KINDS + 1, np.int32),
+        began=np.zeros((1, 2), np.int32),
+        ended=np.zeros((1, 2), np.int32),
+        colours=np.zeros(1, np.int8),
+        used=np.zeros(max(n, 1), np.uint64),
+        sizes=np.zeros((2, COLOURS + 1), np.int64),
+        starts=np.zeros((2, COLOURS + 2), np.int64),
+        cursor=np.zeros((2, COLOURS + 1), np.int64),
+        integers_one=aligned_zeros((1, INTEGERS, LANES), np.int32),
+        blocks_one=aligned_zeros((1, Fields(1).number, LANES), real),
+        integers_many=aligned_zeros((1, INTEGERS, LANES), np.int32),
+        blocks_many=aligned_zeros((1, Fields(4).number, LANES), real),
+        plain=in_blocks(moving[~tumbles]),
+        tumbling=in_blocks(moving[tumbles]),
+        lanes=empty_lanes(real),
+    )
+
+
+def renew_pairs(state: State, pairs: npt.NDArray[np.int32], changed: bool) -> None:
+    """Take over new candidate pairs."""
+    work, count = state.work, len(pairs)
+    status = work.status
+    status[PAIRS], status[PAIRS_CHANGED] = count, 1
+    rows = int(status[OLD_ROWS])
+    if len(work.pairs) < count or len(work.ended) < count + rows:
+        capacity = 2 * count + 8
+        work = work._replace(
+            pairs=np.zeros((capacity, 2), np.int32),
+            kinds=np.zeros(capacity, np.int8),
+            origin=np.zeros(capacity, np.int32),
+            generic=np.zeros(capacity, np.int32),
+            began=np.zeros((capacity, 2), np.int32),
+            ended=np.zeros((capacity + rows, 2), np.int32),
+            colours=np.zeros(capacity, np.int8),
+        )
+    work.pairs[:count] = pairs
+    kinds = state.table.arrays.layout[state.colliders.shape[pairs], KIND]
+    work.kinds[:count] = KIND_OF[kinds[:, 0], kinds[:, 1]]
+    state.work = work
+    if len(state.manifolds.a) < count:
+        state.manifolds = with_rows(state.manifolds, 2 * count + 8)
+    if len(state.next_manifolds.a) < count:
+        state.next_manifolds = empty_manifolds(2 * count + 8, state.real)
+
+
+def find_pairs(state: State, broadphase: str) -> None:
+    """Candidate pairs of a broad phase that keeps no state."""
+    shapes = state.table.arrays
+    update_bounds(state.bodies, state.colliders, shapes, state.count, state.tolerances.margin)
+    state.pairs, count = BROADPHASES[broadphase](state.bodies, state.colliders, shapes, state.count, state.pairs)
+    if state.work is None:
+        state.work = empty_work(state)
+        state.work.status[OLD_ROWS] = state.manifold_count
+    renew_pairs(state, state.pairs[:count], True)
+
+
+def grow_blocks(state: State) -> None:
+    """Room for the blocks that the step needs."""
+    work = state.work
+    for name, entry in (("one", BLOCKS_ONE), ("many", BLOCKS_MANY)):
+        needed = int(work.status[entry])
+        blocks = getattr(work, "blocks_" + name)
+        if len(blocks) < needed:
+            capacity = needed + needed // 4 + 4
+            work = work._replace(
+                **{
+                    "blocks_" + name: aligned_zeros((capacity, *blocks.shape[1:]), state.real),
+                    "integers_" + name: aligned_zeros((capacity, INTEGERS, LANES), np.int32),
+                }
+            )
+    state.work = work
+
+
+def run(state: State, pipeline: Any, h: float, steps: int) -> None:
+    """Advance ``state`` by ``steps`` steps of h seconds. If one of them goes wrong, the state is that before it, and an error is raised."""
+    kept = np.zeros(4, np.int64)
+    values = constants(state, pipeline.solver_settings, h)
+    first = state.work is None
+    done = 0
+    state.reserve_manifolds(1)
+    if first:
+        find_pairs(state, pipeline.broadphase)
+    while done < steps:
+        work = state.work
+        status = work.status
+        present, following = state.manifolds, state.next_manifolds
+        status[PARITY], status[DONE] = 0, 0
+        status[FORCES] = 1
+        find_pairs(state, pipeline.broadphase)
+        work = state.work
+        status[DONE] = 0
+        wanted = 1
+        while True:
+            answer = run_steps(
+                state.bodies, state.colliders, state.table.arrays, state.manifolds, state.next_manifolds, state.remembered,
+                state.contacts, kept, values, state.work, wanted,
+            )  # fmt: skip
+            if answer == NEED_BLOCKS:
+                grow_blocks(state)
+            elif answer == NEED_GENERIC:
+                number = int(status[GENERIC])
+                pairs = state.work.pairs[state.work.generic[:number]]
+                state.contacts = collide(
+                    state.bodies, state.colliders, state.table.arrays, pairs, pipeline.narrowphase, state.tolerances.margin,
+                    state.contacts,
+                )  # fmt: skip
+            else:
+                break
+        if answer == DIVERGED:
+            state.roll_back()
+            state.work = None
+            raise DivergedError(state.diverged_rows().tolist())
+        status = state.work.status
+        state.manifolds, state.next_manifolds = state.next_manifolds, state.manifolds
+        state.manifold_count = int(status[OLD_ROWS])
+        state.began = state.work.began[: status[BEGAN]].copy()
+        state.ended = state.work.ended[: status[ENDED]].copy()
+        state.time, state.steps, state.last_h = state.time + h, state.steps + 1, h
+        values = values._replace(ratio=type(values.ratio)(1 if pipeline.solver_settings.warm_starting else 0))
+        done += 1
+    assert FINISHED == 0 and NEED_PAIRS == 1
