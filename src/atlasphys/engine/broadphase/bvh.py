@@ -1,0 +1,316 @@
+"""A linear bounding volume hierarchy, eight boxes wide.
+
+Boxes are sorted along a space-filling curve (G. M. Morton, 1966; C. Lauterbach et al., "Fast BVH Construction on GPUs", 2009).
+Each eight neighbours make a block; the boxes around eight blocks make a block of the next level, and so on up to a single block.
+So the tree needs no pointers: the box in lane k of block b is that of block 8 b + k, one level below. One vector test tells which of
+a block's eight boxes a given box overlaps.
+
+Boxes are single precision, rounded outwards: rows of (lower x, y, z, upper x, y, z, two unused). An empty box has lower +∞ and
+upper −∞ and overlaps nothing; there is one behind the last row, and blocks that are not full are filled up with it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.simd import LANES, gather, load, simd_kernel, store
+
+LARGEST = 3e38
+"""Coordinates are cut off here [m], so that they are finite in single precision."""
+
+CURVE_CELLS = 1 << 20
+"""The curve's lattice reaches that many cells from its centre along each axis. What lies beyond counts as lying at its border: one
+body far away does not make the cells coarse for the others."""
+
+STACK = 128
+"""Blocks that wait to be visited: at most seven for each level, of which there are at most eleven."""
+
+LANE_OF_BIT = np.zeros(129, np.int64)
+LANE_OF_BIT[2 ** np.arange(LANES)] = np.arange(LANES)
+"""Lane whose bit alone is set."""
+
+SPREAD = np.array(
+    [
+        (32, 0x1F00000000FFFF),
+        (16, 0x1F0000FF0000FF),
+        (8, 0x100F00F00F00F00F),
+        (4, 0x10C30C30C30C30C3),
+        (2, 0x1249249249249249),
+    ],
+    np.int64,
+)
+"""Shifts and masks that move the bits of a number of 21 bits to every third place."""
+
+
+@routine
+def store_box(boxes, row, lower, upper):
+    """Write a box, given in double precision, rounded outwards; an empty one unless it is finite."""
+    finite = True
+    for k in range(3):
+        finite = finite and lower[k] - lower[k] == 0 and upper[k] - upper[k] == 0
+    for k in range(3):
+        low = np.float32(min(max(lower[k], -LARGEST), LARGEST))
+        high = np.float32(min(max(upper[k], -LARGEST), LARGEST))
+        # Rounding to nearest is wrong by half a unit in the last place at most, and by less than 1e-37 near 0.
+        unit, least = np.float32(2.0**-23), np.float32(1e-37)
+        boxes[row, k] = low - abs(low) * unit - least if finite else np.float32(np.inf)
+        boxes[row, 3 + k] = high + abs(high) * unit + least if finite else np.float32(-np.inf)
+
+
+@routine
+def curve_key(x, y, z):
+    """Place on the curve of a lattice cell: the bits of its three coordinates in turn."""
+    key = np.int64(0)
+    for k in range(3):
+        c = x if k == 0 else (y if k == 1 else z)
+        for s in range(5):
+            c = (c | (c << SPREAD[s, 0])) & SPREAD[s, 1]
+        key |= c << k
+    return key
+
+
+@routine
+def write_keys(boxes, rows, center, cell, keys):
+    """The key of each box's centre. Lattice coordinates count from the least, so that keys have few digits."""
+    least_x = least_y = least_z = np.int64(2 * CURVE_CELLS)
+    for s in range(len(rows)):
+        row, packed = rows[s], np.int64(0)
+        for k in range(3):
+            place = (0.5 * boxes[row, k] + 0.5 * boxes[row, 3 + k] - center[k]) / cell
+            if not place > -CURVE_CELLS:  # NaN, of an empty box, also
+                place = -float(CURVE_CELLS)
+            packed = (packed << 21) | np.int64(min(place, CURVE_CELLS - 1.0) + CURVE_CELLS)
+        keys[s] = packed
+        least_x, least_y = min(least_x, packed >> 42), min(least_y, (packed >> 21) & 0x1FFFFF)
+        least_z = min(least_z, packed & 0x1FFFFF)
+    for s in range(len(rows)):
+        packed = keys[s]
+        keys[s] = curve_key(
+            (packed >> 42) - least_x, ((packed >> 21) & 0x1FFFFF) - least_y, (packed & 0x1FFFFF) - least_z
+        )
+
+
+@routine
+def radix_sort(keys, values, other_keys, other_values, starts):
+    """Sort by keys, eight bits at a time from the lowest; digits that all keys share are skipped. Returns whether the result is in
+    the other arrays."""
+    n, varying, swapped = len(keys), np.int64(0), False
+    for s in range(n):
+        varying |= keys[s] ^ keys[0]
+    for shift in range(0, 64, 8):
+        if (varying >> shift) & 255 == 0:
+            continue
+        source, target = (other_keys, keys) if swapped else (keys, other_keys)
+        from_values, to_values = (other_values, values) if swapped else (values, other_values)
+        starts[:] = 0
+        for s in range(n):
+            starts[(source[s] >> shift) & 255] += 1
+        total = 0
+        for digit in range(256):
+            here = starts[digit]
+            starts[digit] = total
+            total += here
+        for s in range(n):
+            key = source[s]
+            digit = (key >> shift) & 255
+            place = starts[digit]
+            starts[digit] = place + 1
+            target[place], to_values[place] = key, from_values[s]
+        swapped = not swapped
+    return swapped
+
+
+@kernel
+def sort_along_curve(boxes, rows, center, cell, keys, other_keys, other_rows, starts, leaf_rows):
+    """Fill the leaf blocks with the rows in the order of the curve, and up with the empty box."""
+    write_keys(boxes, rows, center, cell, keys)
+    swapped = radix_sort(keys, rows, other_keys, other_rows, starts)
+    for s in range(leaf_rows.size):
+        row = len(boxes) - 1
+        if s < len(rows):
+            row = other_rows[s] if swapped else rows[s]
+        leaf_rows[s // LANES, s % LANES] = row
+
+
+@simd_kernel
+def read_leaf(block, boxes, leaf_rows, nodes):
+    """The boxes of a leaf block's eight rows."""
+    columns = gather(boxes, load(leaf_rows, block))
+    for k in range(6):
+        store(nodes, block, k, columns[k])
+
+
+@kernel
+def refit(boxes, leaf_rows, first, nodes):
+    """All boxes of the tree, from the leaves up."""
+    for block in range(len(leaf_rows)):
+        read_leaf(block, boxes, leaf_rows, nodes)
+    for level in range(1, len(first) - 1):
+        below, here = first[level - 1], first[level]
+        children = here - below
+        for child in range(LANES * (first[level + 1] - here)):
+            block, lane = here + child // LANES, child % LANES
+            for k in range(3):
+                low, high = np.float32(np.inf), np.float32(-np.inf)
+                if child < children:
+                    for j in range(LANES):
+                        low = min(low, nodes[below + child, k, j])
+                        high = max(high, nodes[below + child, 3 + k, j])
+                nodes[block, k, lane], nodes[block, 3 + k, lane] = low, high
+
+
+@simd_kernel
+def overlapping(block, nodes, x0, y0, z0, x1, y1, z1) -> int:
+    """Which of a block's boxes overlap or touch a given one."""
+    along_x = (load(nodes, block, 0) <= x1) & (load(nodes, block, 3) >= x0)
+    along_y = (load(nodes, block, 1) <= y1) & (load(nodes, block, 4) >= y0)
+    along_z = (load(nodes, block, 2) <= z1) & (load(nodes, block, 5) >= z0)
+    return along_x & along_y & along_z
+
+
+@routine
+def admits(filters, i, j):
+    """Whether two colliders may collide; ``filters`` has (body, is dynamic, group, mask) of each. The rule is ``filters.may_collide``."""
+    if filters[i, 0] == filters[j, 0] or (filters[i, 1] | filters[j, 1]) == 0:
+        return False
+    return (filters[i, 3] & filters[j, 2]) != 0 and (filters[j, 3] & filters[i, 2]) != 0
+
+
+@kernel
+def query(nodes, leaf_rows, other_nodes, other_rows, first, same, partial, changed, filters, stack, pairs):
+    """Write the pairs of overlapping boxes of a tree and another (or, if ``same``, itself) into ``pairs`` as far as they fit, the lower
+    row first, in no order; return how many there are.
+
+    Eight boxes go down the other tree together, as the box around them, and part at its leaves. If ``partial``, only
+    the pairs of boxes of the first tree are found whose rows are flagged in ``changed``.
+    """
+    found, levels = 0, len(first) - 1
+    for leaf in range(len(leaf_rows)):
+        active = 255
+        if partial:
+            active = 0
+            for k in range(LANES):
+                active |= np.int64(changed[leaf_rows[leaf, k]]) << k
+            if active == 0:
+                continue
+        x0 = y0 = z0 = np.float32(np.inf)
+        x1 = y1 = z1 = np.float32(-np.inf)
+        for k in range(LANES):
+            if active & (1 << k):
+                x0, x1 = min(x0, nodes[leaf, 0, k]), max(x1, nodes[leaf, 3, k])
+                y0, y1 = min(y0, nodes[leaf, 1, k]), max(y1, nodes[leaf, 4, k])
+                z0, z1 = min(z0, nodes[leaf, 2, k]), max(z1, nodes[leaf, 5, k])
+        level, block, waiting = levels - 1, np.int64(0), 0
+        while True:
+            hits = overlapping(first[level] + block, other_nodes, x0, y0, z0, x1, y1, z1)
+            while hits:
+                bit = hits & -hits
+                hits ^= bit
+                lane = LANE_OF_BIT[bit]
+                child = LANES * block + lane
+                if level > 0:
+                    # Of all pairs of blocks of one tree, those are visited whose second block does not come first.
+                    if not same or partial or (child + 1) << (3 * (level - 1)) > leaf:
+                        stack[waiting] = (child << 8) | (level - 1)
+                        waiting += 1
+                    continue
+                mates = active & overlapping(
+                    leaf,
+                    nodes,
+                    other_nodes[block, 0, lane],
+                    other_nodes[block, 1, lane],
+                    other_nodes[block, 2, lane],
+                    other_nodes[block, 3, lane],
+                    other_nodes[block, 4, lane],
+                    other_nodes[block, 5, lane],
+                )
+                if same and not partial and block == leaf:
+                    mates &= bit - 1
+                j = other_rows[block, lane]
+                while mates:
+                    bit = mates & -mates
+                    mates ^= bit
+                    i = leaf_rows[leaf, LANE_OF_BIT[bit]]
+                    if same and partial and changed[j] and j <= i:
+                        continue  # found from the other side
+                    if admits(filters, i, j):
+                        if found < len(pairs):
+                            pairs[found, 0], pairs[found, 1] = min(i, j), max(i, j)
+                        found += 1
+            if waiting == 0:
+                break
+            waiting -= 1
+            level, block = stack[waiting] & 255, stack[waiting] >> 8
+    return found
+
+
+class Tree:
+    """A tree over some rows of a table of boxes (n + 1, 8), whose last is empty."""
+
+    def __init__(self) -> None:
+        self.rows: npt.NDArray[np.int32] = np.empty(0, np.int32)
+        self._stack = np.empty(STACK, np.int64)
+
+    def build(self, boxes: npt.NDArray[np.float32], rows: npt.NDArray[np.int32]) -> None:
+        """Make the tree anew, of the boxes of ``rows``."""
+        n = len(rows)
+        self.rows = rows
+        if n == 0:
+            return
+        sizes = [-(-n // LANES)]
+        while sizes[-1] > 1:
+            sizes.append(-(-sizes[-1] // LANES))
+        self.first = np.cumsum([0, *sizes])
+        self.nodes = np.empty((self.first[-1], 6, LANES), np.float32)
+        self.leaf_rows = np.empty((sizes[0], LANES), np.int32)
+        center, cell = _lattice(boxes[rows[:: n // 256 + 1]])
+        keys = np.empty((2, n), np.int64)
+        copies = np.empty((2, n), np.int32)
+        copies[0] = rows
+        starts = np.empty(256, np.int64)
+        sort_along_curve(boxes, copies[0], center, cell, keys[0], keys[1], copies[1], starts, self.leaf_rows)
+        self.refit(boxes)
+
+    def refit(self, boxes: npt.NDArray[np.float32]) -> None:
+        """Take over changed boxes of the same rows; the order along the curve stays as it is."""
+        if len(self.rows):
+            refit(boxes, self.leaf_rows, self.first, self.nodes)
+
+    def query(
+        self,
+        other: Tree,
+        partial: bool,
+        changed: npt.NDArray[np.uint8],
+        filters: npt.NDArray[np.uint32],
+        pairs: npt.NDArray[np.int32],
+    ) -> int:
+        """Pairs of a box of this tree and one of another or the same, as the kernel ``query`` says."""
+        if not len(self.rows) or not len(other.rows):
+            return 0
+        return query(
+            self.nodes,
+            self.leaf_rows,
+            other.nodes,
+            other.leaf_rows,
+            other.first,
+            self is other,
+            partial,
+            changed,
+            filters,
+            self._stack,
+            pairs,
+        )
+
+
+def _lattice(sample: npt.NDArray[np.float32]) -> tuple[npt.NDArray[np.float64], float]:
+    """Centre and cell of the curve's lattice, from some of the boxes: amid them, and half as wide as the smaller ones."""
+    lower, upper = sample[:, :3].astype(np.float64), sample[:, 3:6].astype(np.float64)
+    sound = lower[:, 0] <= upper[:, 0]
+    if not sound.any():
+        return np.zeros(3), 1.0
+    lower, upper = lower[sound], upper[sound]
+    middle = np.sort(0.5 * (lower + upper), axis=0)[len(lower) // 2]
+    size = np.sort((upper - lower).max(axis=1))[len(lower) // 10]
+    return middle, max(0.5 * float(size), 1e-30)

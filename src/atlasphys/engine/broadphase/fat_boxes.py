@@ -1,0 +1,203 @@
+"""Fat boxes: bounds of moving bodies with room to move in, so that pairs found once hold for many steps.
+
+A pair of bodies can only come to touch after one of them has left its fat box. So a step asks just that, eight bodies at a time.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from atlasphys.engine.broadphase.bvh import store_box
+from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.math import mat
+from atlasphys.engine.shapes.bounds import rotated_bounds
+from atlasphys.engine.shapes.table import CAPSULE, PLANE, SPHERE
+from atlasphys.engine.simd import LANES, absolute, any_lane, gather, load, minimum, select, simd_kernel, store
+from atlasphys.engine.state.arrays import aligned_zeros
+from atlasphys.engine.state.bodies import STATIC
+
+STEPS_AHEAD = 16
+"""A fat box has room for the motion of so many steps at the present velocity. Fewer: fast bodies leave their boxes more often.
+More: longer boxes, and more pairs that never touch."""
+
+LONGEST_STRETCH = 4.0
+"""The room along an axis for a body's motion is at most so many times its bounding radius, so that a very fast body does not meet everything."""
+
+SPEED_SHARE = 0.125
+"""Part of the room for the motion that is added all round, because velocities change."""
+
+ROUND_OFF = 1 + 2.0**-20
+"""Factor on a tight box's reach, for the rounding of its computation in single precision, seven operations at 2⁻²⁴ each."""
+
+ROOM_OF_LARGE = 2.0**-16
+"""Least room in a fat box as a part of the body's size: more than round-off, also for bodies of a hundred kilometres."""
+
+
+class FatBoxes(NamedTuple):
+    """The boxes of colliders, a row for each. A collider's row is its body's."""
+
+    bound: npt.NDArray[np.floating]
+    """(n, 8) the shape's box about the centre of mass, in the body's axes: 0–2 centre, 3–5 half sizes, 6 radius added all round [m]."""
+    center: npt.NDArray[np.float64]
+    """(n, 3) centre of the fat box [m]."""
+    half: npt.NDArray[np.floating]
+    """(n, 8) 0–2 half sizes of the fat box; 3–5 from the centre of mass to the centre of the tight box, when the fat box was made [m]."""
+    boxes: npt.NDArray[np.float32]
+    """(n + 1, 8) the fat box for the tree: lower and upper corner, rounded outwards. The last row is empty, and so are those of planes."""
+
+
+def empty_fat_boxes(count: int, real: npt.DTypeLike) -> FatBoxes:
+    """A table of ``count`` rows."""
+    boxes = aligned_zeros((count + 1, 8), np.float32)
+    boxes[:, :3], boxes[:, 3:6] = np.inf, -np.inf
+    return FatBoxes(
+        aligned_zeros((count, 8), real),
+        aligned_zeros((count, 3), np.float64),
+        aligned_zeros((count, 8), real),
+        boxes,
+    )
+
+
+@kernel
+def measure_shapes(shapes, shape, local_center, count, bound):
+    """Write the ``bound`` of each collider: ``shape`` names its shape, ``local_center`` has its body's centre of mass."""
+    real = bound.dtype.type
+    one, zero = real(1), real(0)
+    for i in range(count):
+        row = shape[i]
+        kind = shapes.layout[row, 0]
+        for k in range(8):
+            bound[i, k] = zero
+        if kind == PLANE:
+            continue
+        if kind == SPHERE or kind == CAPSULE:
+            bound[i, 6] = shapes.size[row, 0]
+            bound[i, 4] = shapes.size[row, 1] if kind == CAPSULE else zero
+            for k in range(3):
+                bound[i, k] = -local_center[i, k]
+            continue
+        for k in range(3):
+            lower, upper = rotated_bounds(
+                shapes, row, one if k == 0 else zero, one if k == 1 else zero, one if k == 2 else zero
+            )
+            bound[i, k] = real(0.5) * lower + real(0.5) * upper - local_center[i, k]
+            bound[i, 3 + k] = real(0.5) * upper - real(0.5) * lower
+
+
+@simd_kernel
+def room_left(block, rows, geometry, bound, half, offset, margin, room) -> bool:
+    """Store how far the tight boxes of eight bodies, ``margin`` included, are from the nearest side of their fat boxes, −1 for NaN; return
+    whether any is outside. ``offset`` has the centres of mass relative to the fat boxes' centres."""
+    index = load(rows, block)
+    m = gather(geometry, index, 16)
+    x, y, z, h0, h1, h2, radius, _ = gather(bound, index)
+    halves = gather(half, index)
+    least, outside = None, None
+    for k in range(3):
+        a, b, c = m[3 * k], m[3 * k + 1], m[3 * k + 2]
+        shift = load(offset, k) + (a * x + b * y + c * z)
+        extent = absolute(a) * h0 + absolute(b) * h1 + absolute(c) * h2 + (radius + margin)
+        left = halves[k] - (absolute(shift) + extent) * ROUND_OFF
+        gone = ~(left >= 0.0)  # NaN also
+        least = left if least is None else minimum(left, least)
+        outside = gone if outside is None else outside | gone
+    store(room, block, select(outside & ~(least < 0.0), -1.0, least))
+    return any_lane(outside)
+
+
+@routine
+def load_offsets(block, rows, center, fat_center, offset):
+    """The centres of mass of a block's bodies relative to their fat boxes, subtracted in double precision."""
+    real = offset.dtype.type
+    for lane in range(LANES):
+        row = rows[block, lane]
+        for k in range(3):
+            offset[k, lane] = real(center[row, k] - fat_center[row, k])
+
+
+@routine
+def has_left(rows, center, geometry, bound, fat_center, half, margin, offset, room):
+    """Whether any of the bodies named in ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included.
+
+    ``center`` and ``geometry`` are the bodies' columns, ``bound``, ``fat_center`` and ``half`` those of ``FatBoxes``; ``offset`` (3, 8) and
+    ``room`` (at least blocks, 8) are scratch of the bodies' precision. It stops at the first block with such a body.
+    """
+    for block in range(len(rows)):
+        load_offsets(block, rows, center, fat_center, offset)
+        if room_left(block, rows, geometry, bound, half, offset, margin, room):
+            return True
+    return False
+
+
+@kernel
+def flag_leavers(rows, count, center, geometry, motion, fat, near, margin, offset, room, changed):
+    """Flag in ``changed`` the bodies that have left their fat box, and if there are any, those that are about to. Return how many left and
+    how many are flagged. ``count`` is the number of bodies in ``rows``, ``near`` a distance [m].
+
+    About to leave are bodies that have moved, in the direction in which they still move, farther than ``near`` from the box's centre.
+    """
+    left, flagged = 0, 0
+    for block in range(len(rows)):
+        load_offsets(block, rows, center, fat.center, offset)
+        if room_left(block, rows, geometry, fat.bound, fat.half, offset, margin, room):
+            left += 1
+    if left == 0:
+        return 0, 0
+    left = 0
+    for s in range(count):
+        block, lane = s // LANES, s % LANES
+        row = rows[block, lane]
+        gone = not room[block, lane] >= 0
+        soon = gone
+        if not gone:
+            along, distance = 0.0, 0.0
+            for k in range(3):
+                moved = center[row, k] + fat.half[row, 3 + k] - fat.center[row, k]
+                along += moved * motion[row, k]
+                distance = max(distance, abs(moved))
+            soon = along > 0 and distance > near
+        left += 1 if gone else 0
+        flagged += 1 if soon else 0
+        changed[row] = 1 if soon else 0
+    return left, flagged
+
+
+@kernel
+def fatten(rows, changed, kind, center, geometry, motion, h, margin, fattening, fat):
+    """Give new fat boxes to those bodies in the list ``rows`` that are flagged in ``changed``: the tight box, ``margin`` [m] included, and
+    ``fattening`` [m] all round, grown by what the body may turn and stretched along its way during the next steps of ``h`` seconds."""
+    ahead = STEPS_AHEAD * np.float64(h)
+    for s in range(len(rows)):
+        i = rows[s]
+        if not changed[i]:
+            continue
+        bound = fat.bound
+        m = mat.load(geometry, i)
+        c, radius = (bound[i, 0], bound[i, 1], bound[i, 2]), np.float64(bound[i, 6])
+        # Every point of the shape lies within ``reach`` of the centre of mass, and so do its bounds however it turns.
+        reach, turn = radius, 0.0
+        square_c = square_h = 0.0
+        for k in range(3):
+            square_c += np.float64(bound[i, k]) ** 2
+            square_h += np.float64(bound[i, 3 + k]) ** 2
+            turn += np.float64(motion[i, 3 + k]) ** 2 if kind[i] != STATIC else 0.0
+        reach += np.sqrt(square_c) + np.sqrt(square_h)
+        turn = np.sqrt(turn) * ahead
+        shift = mat.mul_vec(m, c)
+        low = high = (0.0, 0.0, 0.0)
+        for k in range(3):
+            extent = radius
+            for j in range(3):
+                extent += abs(np.float64(m[3 * k + j])) * np.float64(bound[i, 3 + j])
+            move = np.float64(motion[i, k]) * ahead if kind[i] != STATIC else 0.0
+            move = min(max(move, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
+            grow = min(turn * reach, reach + abs(np.float64(shift[k])) - extent)
+            room = max(np.float64(fattening), ROOM_OF_LARGE * extent) + grow + SPEED_SHARE * abs(move)
+            half = extent + margin + room + 0.5 * abs(move)
+            fat.center[i, k] = center[i, k] + np.float64(shift[k]) + 0.5 * move
+            fat.half[i, k], fat.half[i, 3 + k] = half, shift[k]
+            lower, upper = fat.center[i, k] - np.float64(fat.half[i, k]), fat.center[i, k] + np.float64(fat.half[i, k])
+            low = (lower if k == 0 else low[0], lower if k == 1 else low[1], lower if k == 2 else low[2])
+            high = (upper if k == 0 else high[0], upper if k == 1 else high[1], upper if k == 2 else high[2])
+        store_box(fat.boxes, i, low, high)
