@@ -31,44 +31,27 @@ LANE_OF_BIT = np.zeros(129, np.int64)
 LANE_OF_BIT[2 ** np.arange(LANES)] = np.arange(LANES)
 """Lane whose bit alone is set."""
 
-SPREAD = np.array(
-    [
-        (32, 0x1F00000000FFFF),
-        (16, 0x1F0000FF0000FF),
-        (8, 0x100F00F00F00F00F),
-        (4, 0x10C30C30C30C30C3),
-        (2, 0x1249249249249249),
-    ],
-    np.int64,
-)
-"""Shifts and masks that move the bits of a number of 21 bits to every third place."""
+
+@routine
+def store_interval(boxes, row, axis, lower, upper):
+    """Write a box's extent along an axis, given in double precision, rounded outwards; an empty one unless it is finite."""
+    low = np.float32(min(max(lower, -LARGEST), LARGEST))
+    high = np.float32(min(max(upper, -LARGEST), LARGEST))
+    # Rounding to nearest is wrong by half a unit in the last place at most, and by less than 1e-37 near 0.
+    unit, least = np.float32(2.0**-23), np.float32(1e-37)
+    finite = (upper - upper) + (lower - lower) == 0
+    boxes[row, axis] = low - abs(low) * unit - least if finite else np.float32(np.inf)
+    boxes[row, 3 + axis] = high + abs(high) * unit + least if finite else np.float32(-np.inf)
 
 
 @routine
-def store_box(boxes, row, lower, upper):
-    """Write a box, given in double precision, rounded outwards; an empty one unless it is finite."""
-    finite = True
-    for k in range(3):
-        finite = finite and lower[k] - lower[k] == 0 and upper[k] - upper[k] == 0
-    for k in range(3):
-        low = np.float32(min(max(lower[k], -LARGEST), LARGEST))
-        high = np.float32(min(max(upper[k], -LARGEST), LARGEST))
-        # Rounding to nearest is wrong by half a unit in the last place at most, and by less than 1e-37 near 0.
-        unit, least = np.float32(2.0**-23), np.float32(1e-37)
-        boxes[row, k] = low - abs(low) * unit - least if finite else np.float32(np.inf)
-        boxes[row, 3 + k] = high + abs(high) * unit + least if finite else np.float32(-np.inf)
-
-
-@routine
-def curve_key(x, y, z):
-    """Place on the curve of a lattice cell: the bits of its three coordinates in turn."""
-    key = np.int64(0)
-    for k in range(3):
-        c = x if k == 0 else (y if k == 1 else z)
-        for s in range(5):
-            c = (c | (c << SPREAD[s, 0])) & SPREAD[s, 1]
-        key |= c << k
-    return key
+def spread(c):
+    """A number of 21 bits with its bits moved to every third place."""
+    c = (c | (c << 32)) & 0x1F00000000FFFF
+    c = (c | (c << 16)) & 0x1F0000FF0000FF
+    c = (c | (c << 8)) & 0x100F00F00F00F00F
+    c = (c | (c << 4)) & 0x10C30C30C30C30C3
+    return (c | (c << 2)) & 0x1249249249249249
 
 
 @routine
@@ -87,51 +70,43 @@ def write_keys(boxes, rows, center, cell, keys):
         least_z = min(least_z, packed & 0x1FFFFF)
     for s in range(len(rows)):
         packed = keys[s]
-        keys[s] = curve_key(
-            (packed >> 42) - least_x, ((packed >> 21) & 0x1FFFFF) - least_y, (packed & 0x1FFFFF) - least_z
-        )
+        x, y, z = (packed >> 42) - least_x, ((packed >> 21) & 0x1FFFFF) - least_y, (packed & 0x1FFFFF) - least_z
+        keys[s] = spread(x) | (spread(y) << 1) | (spread(z) << 2)
 
 
 @routine
-def radix_sort(keys, values, other_keys, other_values, starts):
-    """Sort by keys, eight bits at a time from the lowest; digits that all keys share are skipped. Returns whether the result is in
-    the other arrays."""
-    n, varying, swapped = len(keys), np.int64(0), False
-    for s in range(n):
-        varying |= keys[s] ^ keys[0]
-    for shift in range(0, 64, 8):
-        if (varying >> shift) & 255 == 0:
-            continue
-        source, target = (other_keys, keys) if swapped else (keys, other_keys)
-        from_values, to_values = (other_values, values) if swapped else (values, other_values)
-        starts[:] = 0
-        for s in range(n):
-            starts[(source[s] >> shift) & 255] += 1
-        total = 0
-        for digit in range(256):
-            here = starts[digit]
-            starts[digit] = total
-            total += here
-        for s in range(n):
-            key = source[s]
-            digit = (key >> shift) & 255
-            place = starts[digit]
-            starts[digit] = place + 1
-            target[place], to_values[place] = key, from_values[s]
-        swapped = not swapped
-    return swapped
+def sort_by_digit(keys, values, shift, starts, sorted_keys, sorted_values):
+    """Sort by the eight bits of the keys from ``shift`` on, keeping the order of equals."""
+    starts[:] = 0
+    for s in range(len(keys)):
+        starts[(keys[s] >> shift) & 255] += 1
+    total = 0
+    for digit in range(256):
+        here = starts[digit]
+        starts[digit] = total
+        total += here
+    for s in range(len(keys)):
+        key = keys[s]
+        digit = (key >> shift) & 255
+        place = starts[digit]
+        starts[digit] = place + 1
+        sorted_keys[place], sorted_values[place] = key, values[s]
 
 
 @kernel
 def sort_along_curve(boxes, rows, center, cell, keys, other_keys, other_rows, starts, leaf_rows):
     """Fill the leaf blocks with the rows in the order of the curve, and up with the empty box."""
+    n, varying = len(rows), np.int64(0)
     write_keys(boxes, rows, center, cell, keys)
-    swapped = radix_sort(keys, rows, other_keys, other_rows, starts)
+    for s in range(n):
+        varying |= keys[s] ^ keys[0]
+    shift = 0
+    while varying >> shift:  # two digits at a time, so that the result is back in the first arrays
+        sort_by_digit(keys, rows, shift, starts, other_keys, other_rows)
+        sort_by_digit(other_keys, other_rows, shift + 8, starts, keys, rows)
+        shift += 16
     for s in range(leaf_rows.size):
-        row = len(boxes) - 1
-        if s < len(rows):
-            row = other_rows[s] if swapped else rows[s]
-        leaf_rows[s // LANES, s % LANES] = row
+        leaf_rows[s // LANES, s % LANES] = rows[s] if s < n else len(boxes) - 1
 
 
 @simd_kernel
@@ -168,14 +143,6 @@ def overlapping(block, nodes, x0, y0, z0, x1, y1, z1) -> int:
     along_y = (load(nodes, block, 1) <= y1) & (load(nodes, block, 4) >= y0)
     along_z = (load(nodes, block, 2) <= z1) & (load(nodes, block, 5) >= z0)
     return along_x & along_y & along_z
-
-
-@routine
-def admits(filters, i, j):
-    """Whether two colliders may collide; ``filters`` has (body, is dynamic, group, mask) of each. The rule is ``filters.may_collide``."""
-    if filters[i, 0] == filters[j, 0] or (filters[i, 1] | filters[j, 1]) == 0:
-        return False
-    return (filters[i, 3] & filters[j, 2]) != 0 and (filters[j, 3] & filters[i, 2]) != 0
 
 
 @kernel
@@ -229,13 +196,16 @@ def query(nodes, leaf_rows, other_nodes, other_rows, first, same, partial, chang
                 if same and not partial and block == leaf:
                     mates &= bit - 1
                 j = other_rows[block, lane]
+                body, dynamic, group, mask = filters[j, 0], filters[j, 1], filters[j, 2], filters[j, 3]
                 while mates:
                     bit = mates & -mates
                     mates ^= bit
                     i = leaf_rows[leaf, LANE_OF_BIT[bit]]
                     if same and partial and changed[j] and j <= i:
                         continue  # found from the other side
-                    if admits(filters, i, j):
+                    # Which may collide at all, as ``filters.may_collide`` says it.
+                    admitted = filters[i, 3] & group != 0 and mask & filters[i, 2] != 0
+                    if admitted and (filters[i, 1] | dynamic) != 0 and filters[i, 0] != body:
                         if found < len(pairs):
                             pairs[found, 0], pairs[found, 1] = min(i, j), max(i, j)
                         found += 1
@@ -305,7 +275,7 @@ class Tree:
 
 
 def _lattice(sample: npt.NDArray[np.float32]) -> tuple[npt.NDArray[np.float64], float]:
-    """Centre and cell of the curve's lattice, from some of the boxes: amid them, and half as wide as the smaller ones."""
+    """Centre and cell of the curve's lattice, from some of the boxes: amid them, and as wide as the smaller ones."""
     lower, upper = sample[:, :3].astype(np.float64), sample[:, 3:6].astype(np.float64)
     sound = lower[:, 0] <= upper[:, 0]
     if not sound.any():
@@ -313,4 +283,4 @@ def _lattice(sample: npt.NDArray[np.float32]) -> tuple[npt.NDArray[np.float64], 
     lower, upper = lower[sound], upper[sound]
     middle = np.sort(0.5 * (lower + upper), axis=0)[len(lower) // 2]
     size = np.sort((upper - lower).max(axis=1))[len(lower) // 10]
-    return middle, max(0.5 * float(size), 1e-30)
+    return middle, max(float(size), 1e-30)

@@ -3,16 +3,26 @@
 A pair of bodies can only come to touch after one of them has left its fat box. So a step asks just that, eight bodies at a time.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from atlasphys.engine.broadphase.bvh import store_box
+from atlasphys.engine.broadphase.bvh import store_interval
 from atlasphys.engine.jit import kernel, routine
-from atlasphys.engine.math import mat
-from atlasphys.engine.shapes.bounds import rotated_bounds
-from atlasphys.engine.shapes.table import CAPSULE, PLANE, SPHERE
+from atlasphys.engine.shapes.table import (
+    BOX,
+    CAPSULE,
+    CONE,
+    CYLINDER,
+    FIRST_VERTEX,
+    HULL,
+    KIND,
+    SPHERE,
+    VERTEX_COUNT,
+    Shapes,
+)
 from atlasphys.engine.simd import LANES, absolute, any_lane, gather, load, minimum, select, simd_kernel, store
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.bodies import STATIC
@@ -59,30 +69,22 @@ def empty_fat_boxes(count: int, real: npt.DTypeLike) -> FatBoxes:
     )
 
 
-@kernel
-def measure_shapes(shapes, shape, local_center, count, bound):
-    """Write the ``bound`` of each collider: ``shape`` names its shape, ``local_center`` has its body's centre of mass."""
-    real = bound.dtype.type
-    one, zero = real(1), real(0)
-    for i in range(count):
-        row = shape[i]
-        kind = shapes.layout[row, 0]
-        for k in range(8):
-            bound[i, k] = zero
-        if kind == PLANE:
-            continue
-        if kind == SPHERE or kind == CAPSULE:
-            bound[i, 6] = shapes.size[row, 0]
-            bound[i, 4] = shapes.size[row, 1] if kind == CAPSULE else zero
-            for k in range(3):
-                bound[i, k] = -local_center[i, k]
-            continue
-        for k in range(3):
-            lower, upper = rotated_bounds(
-                shapes, row, one if k == 0 else zero, one if k == 1 else zero, one if k == 2 else zero
-            )
-            bound[i, k] = real(0.5) * lower + real(0.5) * upper - local_center[i, k]
-            bound[i, 3 + k] = real(0.5) * upper - real(0.5) * lower
+def shape_bounds(shapes: Shapes) -> npt.NDArray[np.floating]:
+    """(s, 8) of each shape the box in its own frame: 0–2 centre, 3–5 half sizes, 6 radius added all round [m]. Planes have none."""
+    kind, (s0, s1) = shapes.layout[:, KIND], shapes.size[:, :2].T
+    bound = np.zeros((len(kind), 8), shapes.size.dtype)
+    round_ended = (kind == SPHERE) | (kind == CAPSULE)
+    bound[round_ended, 6] = s0[round_ended]
+    bound[kind == CAPSULE, 4] = s1[kind == CAPSULE]
+    bound[kind == BOX, 3:6] = shapes.size[kind == BOX, :3]
+    disc = (kind == CYLINDER) | (kind == CONE)
+    bound[disc, 3:6] = np.stack([s0, s1, s0], axis=1)[disc]
+    for row in np.flatnonzero(kind == HULL):
+        first, number = shapes.layout[row, [FIRST_VERTEX, VERTEX_COUNT]]
+        vertices = shapes.vertices[first : first + number]
+        lower, upper = vertices.min(axis=0), vertices.max(axis=0)
+        bound[row, :3], bound[row, 3:6] = 0.5 * (lower + upper), 0.5 * (upper - lower)
+    return bound
 
 
 @simd_kernel
@@ -167,37 +169,29 @@ def flag_leavers(rows, count, center, geometry, motion, fat, near, margin, offse
 def fatten(rows, changed, kind, center, geometry, motion, h, margin, fattening, fat):
     """Give new fat boxes to those bodies in the list ``rows`` that are flagged in ``changed``: the tight box, ``margin`` [m] included, and
     ``fattening`` [m] all round, grown by what the body may turn and stretched along its way during the next steps of ``h`` seconds."""
-    ahead = STEPS_AHEAD * np.float64(h)
+    bound = fat.bound
     for s in range(len(rows)):
         i = rows[s]
         if not changed[i]:
             continue
-        bound = fat.bound
-        m = mat.load(geometry, i)
-        c, radius = (bound[i, 0], bound[i, 1], bound[i, 2]), np.float64(bound[i, 6])
+        ahead = 0.0 if kind[i] == STATIC else STEPS_AHEAD * h
         # Every point of the shape lies within ``reach`` of the centre of mass, and so do its bounds however it turns.
-        reach, turn = radius, 0.0
-        square_c = square_h = 0.0
+        square_c = square_h = square_spin = 0.0
         for k in range(3):
             square_c += np.float64(bound[i, k]) ** 2
             square_h += np.float64(bound[i, 3 + k]) ** 2
-            turn += np.float64(motion[i, 3 + k]) ** 2 if kind[i] != STATIC else 0.0
-        reach += np.sqrt(square_c) + np.sqrt(square_h)
-        turn = np.sqrt(turn) * ahead
-        shift = mat.mul_vec(m, c)
-        low = high = (0.0, 0.0, 0.0)
+            square_spin += np.float64(motion[i, 3 + k]) ** 2
+        reach = math.sqrt(square_c) + math.sqrt(square_h) + bound[i, 6]
+        turn = math.sqrt(square_spin) * ahead
         for k in range(3):
-            extent = radius
+            shift, extent = 0.0, np.float64(bound[i, 6])
             for j in range(3):
-                extent += abs(np.float64(m[3 * k + j])) * np.float64(bound[i, 3 + j])
-            move = np.float64(motion[i, k]) * ahead if kind[i] != STATIC else 0.0
-            move = min(max(move, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
-            grow = min(turn * reach, reach + abs(np.float64(shift[k])) - extent)
-            room = max(np.float64(fattening), ROOM_OF_LARGE * extent) + grow + SPEED_SHARE * abs(move)
-            half = extent + margin + room + 0.5 * abs(move)
-            fat.center[i, k] = center[i, k] + np.float64(shift[k]) + 0.5 * move
-            fat.half[i, k], fat.half[i, 3 + k] = half, shift[k]
-            lower, upper = fat.center[i, k] - np.float64(fat.half[i, k]), fat.center[i, k] + np.float64(fat.half[i, k])
-            low = (lower if k == 0 else low[0], lower if k == 1 else low[1], lower if k == 2 else low[2])
-            high = (upper if k == 0 else high[0], upper if k == 1 else high[1], upper if k == 2 else high[2])
-        store_box(fat.boxes, i, low, high)
+                shift += np.float64(geometry[i, 3 * k + j]) * bound[i, j]
+                extent += abs(np.float64(geometry[i, 3 * k + j])) * bound[i, 3 + j]
+            move = min(max(motion[i, k] * ahead, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
+            room = max(fattening, ROOM_OF_LARGE * extent) + SPEED_SHARE * abs(move)
+            room += min(turn * reach, reach + abs(shift) - extent)
+            middle = center[i, k] + shift + 0.5 * move
+            fat.center[i, k] = middle
+            fat.half[i, k], fat.half[i, 3 + k] = extent + margin + room + 0.5 * abs(move), shift
+            store_interval(fat.boxes, i, k, middle - fat.half[i, k], middle + fat.half[i, k])

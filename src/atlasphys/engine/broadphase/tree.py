@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from atlasphys.engine.broadphase.bvh import Tree, store_box
-from atlasphys.engine.broadphase.fat_boxes import FatBoxes, empty_fat_boxes, fatten, flag_leavers, measure_shapes
+from atlasphys.engine.broadphase.bvh import Tree, store_interval
+from atlasphys.engine.broadphase.fat_boxes import FatBoxes, empty_fat_boxes, fatten, flag_leavers, shape_bounds
 from atlasphys.engine.broadphase.filters import bounds_overlap, is_plane, reaches_plane
 from atlasphys.engine.broadphase.pair_list import merge_pairs, sort_pairs
 from atlasphys.engine.jit import kernel
@@ -95,6 +95,11 @@ class PairFinder:
         self.moving, self.fixed = Tree(), Tree()
         self._found: Pairs = np.empty((64, 2), np.int32)
 
+    def reserve(self, count: int) -> None:
+        """Room for the pairs that so many bodies may be expected to have; more is made as needed."""
+        if len(self._found) < 16 * count:
+            self._found = np.empty((16 * count, 2), np.int32)
+
     def sorted_pairs(
         self,
         boxes: npt.NDArray[np.float32],
@@ -127,9 +132,8 @@ class PairFinder:
 def tight_boxes(lower, upper, count, boxes):
     """The bounds as boxes of the tree."""
     for i in range(count):
-        store_box(
-            boxes, i, (lower[i, 0], lower[i, 1], lower[i, 2]), (upper[i, 0], upper[i, 1], upper[i, 2])
-        )
+        for k in range(3):
+            store_interval(boxes, i, k, lower[i, k], upper[i, k])
 
 
 @kernel
@@ -155,6 +159,7 @@ def find_pairs(
 ) -> tuple[Pairs, int]:
     """All pairs that may touch, ordered by (lower row, higher row): a buffer, enlarged if ``pairs`` is too small, and the number in it."""
     parts, finder = roles(bodies, colliders, shapes, count), PairFinder()
+    finder.reserve(count)
     boxes = np.empty((count + 1, 8), np.float32)
     tight_boxes(colliders.lower, colliders.upper, count, boxes)
     boxes[count, :3], boxes[count, 3:] = np.inf, -np.inf
@@ -184,6 +189,10 @@ class FatTree:
     def __init__(self, real: npt.DTypeLike, fattening: float) -> None:
         self._real = np.dtype(real)
         self._fattening = float(fattening)
+        self._finder = PairFinder()
+        self._front: Pairs = np.empty((64, 2), np.int32)
+        self._back: Pairs = np.empty((64, 2), np.int32)
+        self._fresh: Pairs = np.empty((64, 2), np.int32)
         self.invalidate()
 
     def invalidate(self) -> None:
@@ -242,15 +251,13 @@ class FatTree:
         self.parts = roles(bodies, colliders, shapes, count)
         self.rows, self._fixed_rows = in_blocks(self.parts.moving), in_blocks(self.parts.fixed)
         self.fat = empty_fat_boxes(count, self._real)
-        measure_shapes(shapes, colliders.shape, bodies.local_center, count, self.fat.bound)
+        self.fat.bound[:] = shape_bounds(shapes)[colliders.shape[:count]]
+        self.fat.bound[:, :3] -= bodies.local_center[:count]
         self._surface = surfaces(bodies, colliders, shapes, self.parts.planes)
-        self._finder = PairFinder()
+        self._finder.reserve(count)
         self._changed = np.zeros(count + 1, np.uint8)
         self._offset = np.zeros((3, LANES), self._real)
         self._room = np.zeros((max(len(self.rows), len(self._fixed_rows)), LANES), self._real)
-        self._front: Pairs = np.empty((64, 2), np.int32)
-        self._back: Pairs = np.empty((64, 2), np.int32)
-        self._fresh: Pairs = np.empty((64, 2), np.int32)
         self._refitted = 0
 
     def _flag(
