@@ -1,7 +1,7 @@
 """A linear bounding volume hierarchy, eight boxes wide.
 
-Boxes are sorted along a space-filling curve (G. M. Morton, 1966; C. Lauterbach et al., "Fast BVH Construction on GPUs", 2009).
-Each eight neighbours make a block; the boxes around eight blocks make a block of the next level, and so on up to a single block.
+Boxes are sorted along a Hilbert curve (I. Kamel and C. Faloutsos, "On packing R-trees", 1993; C. Lauterbach et al., "Fast BVH
+Construction on GPUs", 2009). Each eight neighbours make a block; the boxes around eight blocks make a block of the next level, and so on up to a single block.
 So the tree needs no pointers: the box in lane k of block b is that of block 8 b + k, one level below. One vector test tells which of
 a block's eight boxes a given box overlaps.
 
@@ -32,6 +32,30 @@ LANE_OF_BIT[2 ** np.arange(LANES)] = np.arange(LANES)
 """Lane whose bit alone is set."""
 
 
+def _hilbert_states() -> npt.NDArray[np.int64]:
+    """(24, 8): for each orientation of the curve in a cube and each octant of it, 8 · the orientation in the octant + the octant's place
+    on the curve. An orientation is 3 · the corner where the curve enters + the axis along which it leaves; bit k of a corner or octant
+    is its side along axis k (C. H. Hamilton, "Compact Hilbert indices", 2006, section 2)."""
+
+    def turned(bits: int, by: int) -> int:
+        return (bits << by % 3 | bits >> (3 - by % 3)) & 7
+
+    gray = [place ^ place >> 1 for place in range(8)]
+    entry = [0, 0, 0, 3, 3, 6, 6, 5]  # of the octant in each place, and the axis along which it is left
+    axis = [0, 1, 1, 2, 2, 1, 1, 0]
+    states = np.empty((24, 8), np.int64)
+    for e in range(8):
+        for d in range(3):
+            for octant in range(8):
+                place = gray.index(turned(octant ^ e, 2 - d))
+                inner = 3 * (e ^ turned(entry[place], d + 1)) + (d + axis[place] + 1) % 3
+                states[3 * e + d, octant] = 8 * inner + place
+    return states
+
+
+HILBERT = _hilbert_states()
+
+
 @routine
 def store_interval(boxes, row, axis, lower, upper):
     """Write a box's extent along an axis, given in double precision, rounded outwards; an empty one unless it is finite."""
@@ -56,7 +80,7 @@ def spread(c):
 
 @routine
 def write_keys(boxes, rows, center, cell, keys):
-    """The key of each box's centre. Lattice coordinates count from the least, so that keys have few digits."""
+    """The key of each box's centre, its place on the curve. Lattice coordinates count from the least, so that keys have few digits."""
     least_x = least_y = least_z = np.int64(2 * CURVE_CELLS)
     for s in range(len(rows)):
         row, packed = rows[s], np.int64(0)
@@ -68,10 +92,21 @@ def write_keys(boxes, rows, center, cell, keys):
         keys[s] = packed
         least_x, least_y = min(least_x, packed >> 42), min(least_y, (packed >> 21) & 0x1FFFFF)
         least_z = min(least_z, packed & 0x1FFFFF)
+    used = np.int64(0)
     for s in range(len(rows)):
         packed = keys[s]
         x, y, z = (packed >> 42) - least_x, ((packed >> 21) & 0x1FFFFF) - least_y, (packed & 0x1FFFFF) - least_z
         keys[s] = spread(x) | (spread(y) << 1) | (spread(z) << 2)
+        used |= keys[s]
+    levels = 0
+    while used >> (3 * levels):
+        levels += 1
+    for s in range(len(rows)):
+        octants, place, state = keys[s], np.int64(0), np.int64(0)
+        for level in range(levels - 1, -1, -1):
+            entry = HILBERT[state, (octants >> (3 * level)) & 7]
+            place, state = (place << 3) | (entry & 7), entry >> 3
+        keys[s] = place
 
 
 @routine

@@ -27,14 +27,14 @@ from atlasphys.engine.simd import LANES, absolute, any_lane, gather, load, minim
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.bodies import STATIC
 
-STEPS_AHEAD = 16
+STEPS_AHEAD = 8
 """A fat box has room for the motion of so many steps at the present velocity. Fewer: fast bodies leave their boxes more often.
 More: longer boxes, and more pairs that never touch."""
 
-LONGEST_STRETCH = 4.0
+LONGEST_STRETCH = 8.0
 """The room along an axis for a body's motion is at most so many times its bounding radius, so that a very fast body does not meet everything."""
 
-SPEED_SHARE = 0.125
+SPEED_SHARE = 0.25
 """Part of the room for the motion that is added all round, because velocities change."""
 
 ROUND_OFF = 1 + 2.0**-20
@@ -48,7 +48,7 @@ class FatBoxes(NamedTuple):
     """The boxes of colliders, a row for each. A collider's row is its body's."""
 
     bound: npt.NDArray[np.floating]
-    """(n, 8) the shape's box about the centre of mass, in the body's axes: 0–2 centre, 3–5 half sizes, 6 radius added all round [m]."""
+    """(n, 8) the shape's box about the centre of mass, in the body's axes: 0–2 centre, 3–5 half sizes, 6 radius added all round, 7 bounding radius [m]."""
     center: npt.NDArray[np.float64]
     """(n, 3) centre of the fat box [m]."""
     half: npt.NDArray[np.floating]
@@ -69,8 +69,10 @@ def empty_fat_boxes(count: int, real: npt.DTypeLike) -> FatBoxes:
     )
 
 
-def shape_bounds(shapes: Shapes) -> npt.NDArray[np.floating]:
-    """(s, 8) of each shape the box in its own frame: 0–2 centre, 3–5 half sizes, 6 radius added all round [m]. Planes have none."""
+def shape_bounds(
+    shapes: Shapes, shape: npt.NDArray[np.int32], local_center: npt.NDArray[np.floating]
+) -> npt.NDArray[np.floating]:
+    """The ``FatBoxes.bound`` of bodies with the rows ``shape`` in the table of shapes and the centres of mass ``local_center``."""
     kind, (s0, s1) = shapes.layout[:, KIND], shapes.size[:, :2].T
     bound = np.zeros((len(kind), 8), shapes.size.dtype)
     round_ended = (kind == SPHERE) | (kind == CAPSULE)
@@ -84,6 +86,9 @@ def shape_bounds(shapes: Shapes) -> npt.NDArray[np.floating]:
         vertices = shapes.vertices[first : first + number]
         lower, upper = vertices.min(axis=0), vertices.max(axis=0)
         bound[row, :3], bound[row, 3:6] = 0.5 * (lower + upper), 0.5 * (upper - lower)
+    bound = bound[shape]
+    bound[:, :3] -= local_center
+    bound[:, 7] = np.sqrt((bound[:, :3] ** 2).sum(axis=1)) + np.sqrt((bound[:, 3:6] ** 2).sum(axis=1)) + bound[:, 6]
     return bound
 
 
@@ -175,14 +180,11 @@ def fatten(rows, changed, kind, center, geometry, motion, h, margin, fattening, 
         if not changed[i]:
             continue
         ahead = 0.0 if kind[i] == STATIC else STEPS_AHEAD * h
-        # Every point of the shape lies within ``reach`` of the centre of mass, and so do its bounds however it turns.
-        square_c = square_h = square_spin = 0.0
+        # No point of the shape's box comes farther than ``reach`` from the centre of mass, however it turns.
+        reach, spin = np.float64(bound[i, 7]), 0.0
         for k in range(3):
-            square_c += np.float64(bound[i, k]) ** 2
-            square_h += np.float64(bound[i, 3 + k]) ** 2
-            square_spin += np.float64(motion[i, 3 + k]) ** 2
-        reach = math.sqrt(square_c) + math.sqrt(square_h) + bound[i, 6]
-        turn = math.sqrt(square_spin) * ahead
+            spin += np.float64(motion[i, 3 + k]) ** 2
+        turn = math.sqrt(spin) * ahead
         for k in range(3):
             shift, extent = 0.0, np.float64(bound[i, 6])
             for j in range(3):

@@ -251,8 +251,7 @@ class FatTree:
         self.parts = roles(bodies, colliders, shapes, count)
         self.rows, self._fixed_rows = in_blocks(self.parts.moving), in_blocks(self.parts.fixed)
         self.fat = empty_fat_boxes(count, self._real)
-        self.fat.bound[:] = shape_bounds(shapes)[colliders.shape[:count]]
-        self.fat.bound[:, :3] -= bodies.local_center[:count]
+        self.fat.bound[:] = shape_bounds(shapes, colliders.shape[:count], bodies.local_center[:count])
         self._surface = surfaces(bodies, colliders, shapes, self.parts.planes)
         self._finder.reserve(count)
         self._changed = np.zeros(count + 1, np.uint8)
