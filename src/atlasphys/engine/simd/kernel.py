@@ -19,7 +19,7 @@ from numba.core import types as _types
 from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
 from numba.np.numpy_support import as_dtype
 
-from atlasphys.engine.simd.lanes import LLVM_TYPES, Lanes, Mask, splat
+from atlasphys.engine.simd.lanes import LANES, LLVM_TYPES, Lanes, Mask, splat
 from atlasphys.engine.simd.memory import Index, Table
 
 _I64 = ir.IntType(64)
@@ -39,7 +39,8 @@ def simd_kernel(body: Callable[..., Any]) -> SimdKernel:
     - a bool: a mask, the same for all lanes;
     - a tuple or NamedTuple of these: the same tuple of what it holds; None: None.
 
-    It returns nothing, or, annotated ``-> bool``, one truth: the answer of ``any_lane`` or ``all_lanes``.
+    It returns nothing, or, annotated ``-> bool``, one truth, the answer of ``any_lane`` or ``all_lanes``, or, annotated
+    ``-> int``, a mask, which the driver gets as an integer: bit k is the truth of lane k.
 
     Raises
     ------
@@ -60,9 +61,11 @@ class SimdKernel:
         if any(p.kind not in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters):
             raise TypeError(f"{body.__name__}: a kernel body takes positional arguments only")
         self.returns_truth = signature.return_annotation in (bool, "bool")
+        self.returns_bits = signature.return_annotation in (int, "int")
 
         def definition(context: Any, *arguments: Any) -> Any:
-            return (types.boolean if self.returns_truth else types.none)(*arguments), self._emit
+            answer = types.boolean if self.returns_truth else types.int64 if self.returns_bits else types.none
+            return answer(*arguments), self._emit
 
         # Numba matches calls against this signature, not against the star.
         context_parameter = inspect.Parameter("context", inspect.Parameter.POSITIONAL_ONLY)
@@ -77,6 +80,8 @@ class SimdKernel:
         real = _narrowest(array.dtype for array in _arrays(arguments))
         with np.errstate(all="ignore"):  # idle lanes divide by zero
             result = self.body(*(_numpy_argument(real, argument) for argument in arguments))
+        if self.returns_bits:
+            return int(np.packbits(np.broadcast_to(result, LANES), bitorder="little")[0])
         return bool(result) if self.returns_truth else None
 
     def _emit(self, context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -88,9 +93,13 @@ class SimdKernel:
         tracer = _Tracer(context, builder, checks, real, self.body.__name__)
         result = self.body(*map(tracer.argument, signature.args, values))
         checks.branch(block)
+        if self.returns_bits:
+            if not isinstance(result, Mask):
+                raise TypeError(f"{self.body.__name__} must return a mask")
+            return builder.zext(builder.bitcast(result.spread().value, ir.IntType(LANES)), _I64)
         if not self.returns_truth:
             if result is not None:
-                raise TypeError(f"{self.body.__name__} returns a value: annotate it -> bool, or store what it computes")
+                raise TypeError(f"{self.body.__name__} returns a value: annotate it -> bool or -> int, or store what it computes")
             return context.get_dummy_value()
         if not (isinstance(result, Mask) and result.is_uniform):
             raise TypeError(f"{self.body.__name__} must return any_lane(mask) or all_lanes(mask)")

@@ -1,0 +1,199 @@
+"""Fat boxes: bounds of moving bodies with room to move in, so that pairs found once hold for many steps.
+
+A pair of bodies can only come to touch after one of them has left its fat box. So a step asks just that, eight bodies at a time.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from atlasphys.engine.broadphase.bvh import store_interval
+from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.shapes.table import (
+    BOX,
+    CAPSULE,
+    CONE,
+    CYLINDER,
+    FIRST_VERTEX,
+    HULL,
+    KIND,
+    SPHERE,
+    VERTEX_COUNT,
+    Shapes,
+)
+from atlasphys.engine.simd import LANES, absolute, any_lane, gather, load, minimum, select, simd_kernel, store
+from atlasphys.engine.state.arrays import aligned_zeros
+from atlasphys.engine.state.bodies import STATIC
+
+STEPS_AHEAD = 8
+"""A fat box has room for the motion of so many steps at the present velocity. Fewer: fast bodies leave their boxes more often.
+More: longer boxes, and more pairs that never touch."""
+
+LONGEST_STRETCH = 8.0
+"""The room along an axis for a body's motion is at most so many times its bounding radius, so that a very fast body does not meet everything."""
+
+SPEED_SHARE = 0.25
+"""Part of the room for the motion that is added all round, because velocities change."""
+
+ROUND_OFF = 1 + 2.0**-20
+"""Factor on a tight box's reach, for the rounding of its computation in single precision, seven operations at 2⁻²⁴ each."""
+
+ROOM_OF_LARGE = 2.0**-16
+"""Least room in a fat box as a part of the body's size: more than round-off, also for bodies of a hundred kilometres."""
+
+
+class FatBoxes(NamedTuple):
+    """The boxes of colliders, a row for each. A collider's row is its body's."""
+
+    bound: npt.NDArray[np.floating]
+    """(n, 8) the shape's box about the centre of mass, in the body's axes: 0–2 centre, 3–5 half sizes, 6 radius added all round, 7 bounding radius [m]."""
+    center: npt.NDArray[np.float64]
+    """(n, 3) centre of the fat box [m]."""
+    half: npt.NDArray[np.floating]
+    """(n, 8) 0–2 half sizes of the fat box; 3–5 from the centre of mass to the centre of the tight box, when the fat box was made [m]."""
+    boxes: npt.NDArray[np.float32]
+    """(n + 1, 8) the fat box for the tree: lower and upper corner, rounded outwards. The last row is empty, and so are those of planes."""
+
+
+def empty_fat_boxes(count: int, real: npt.DTypeLike) -> FatBoxes:
+    """A table of ``count`` rows."""
+    boxes = aligned_zeros((count + 1, 8), np.float32)
+    boxes[:, :3], boxes[:, 3:6] = np.inf, -np.inf
+    return FatBoxes(
+        aligned_zeros((count, 8), real),
+        aligned_zeros((count, 3), np.float64),
+        aligned_zeros((count, 8), real),
+        boxes,
+    )
+
+
+def shape_bounds(
+    shapes: Shapes, shape: npt.NDArray[np.int32], local_center: npt.NDArray[np.floating]
+) -> npt.NDArray[np.floating]:
+    """The ``FatBoxes.bound`` of bodies with the rows ``shape`` in the table of shapes and the centres of mass ``local_center``."""
+    kind, (s0, s1) = shapes.layout[:, KIND], shapes.size[:, :2].T
+    bound = np.zeros((len(kind), 8), shapes.size.dtype)
+    round_ended = (kind == SPHERE) | (kind == CAPSULE)
+    bound[round_ended, 6] = s0[round_ended]
+    bound[kind == CAPSULE, 4] = s1[kind == CAPSULE]
+    bound[kind == BOX, 3:6] = shapes.size[kind == BOX, :3]
+    disc = (kind == CYLINDER) | (kind == CONE)
+    bound[disc, 3:6] = np.stack([s0, s1, s0], axis=1)[disc]
+    for row in np.flatnonzero(kind == HULL):
+        first, number = shapes.layout[row, [FIRST_VERTEX, VERTEX_COUNT]]
+        vertices = shapes.vertices[first : first + number]
+        lower, upper = vertices.min(axis=0), vertices.max(axis=0)
+        bound[row, :3], bound[row, 3:6] = 0.5 * (lower + upper), 0.5 * (upper - lower)
+    bound = bound[shape]
+    bound[:, :3] -= local_center
+    bound[:, 7] = np.sqrt((bound[:, :3] ** 2).sum(axis=1)) + np.sqrt((bound[:, 3:6] ** 2).sum(axis=1)) + bound[:, 6]
+    return bound
+
+
+@simd_kernel
+def room_left(block, rows, geometry, bound, half, offset, margin, room) -> bool:
+    """Store how far the tight boxes of eight bodies, ``margin`` included, are from the nearest side of their fat boxes, −1 for NaN; return
+    whether any is outside. ``offset`` has the centres of mass relative to the fat boxes' centres."""
+    index = load(rows, block)
+    m = gather(geometry, index, 16)
+    x, y, z, h0, h1, h2, radius, _ = gather(bound, index)
+    halves = gather(half, index)
+    least, outside = None, None
+    for k in range(3):
+        a, b, c = m[3 * k], m[3 * k + 1], m[3 * k + 2]
+        shift = load(offset, k) + (a * x + b * y + c * z)
+        extent = absolute(a) * h0 + absolute(b) * h1 + absolute(c) * h2 + (radius + margin)
+        left = halves[k] - (absolute(shift) + extent) * ROUND_OFF
+        gone = ~(left >= 0.0)  # NaN also
+        least = left if least is None else minimum(left, least)
+        outside = gone if outside is None else outside | gone
+    store(room, block, select(outside & ~(least < 0.0), -1.0, least))
+    return any_lane(outside)
+
+
+@routine
+def load_offsets(block, rows, center, fat_center, offset):
+    """The centres of mass of a block's bodies relative to their fat boxes, subtracted in double precision."""
+    real = offset.dtype.type
+    for lane in range(LANES):
+        row = rows[block, lane]
+        for k in range(3):
+            offset[k, lane] = real(center[row, k] - fat_center[row, k])
+
+
+@routine
+def has_left(rows, center, geometry, bound, fat_center, half, margin, offset, room):
+    """Whether any of the bodies named in ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included.
+
+    ``center`` and ``geometry`` are the bodies' columns, ``bound``, ``fat_center`` and ``half`` those of ``FatBoxes``; ``offset`` (3, 8) and
+    ``room`` (at least blocks, 8) are scratch of the bodies' precision. It stops at the first block with such a body.
+    """
+    for block in range(len(rows)):
+        load_offsets(block, rows, center, fat_center, offset)
+        if room_left(block, rows, geometry, bound, half, offset, margin, room):
+            return True
+    return False
+
+
+@kernel
+def flag_leavers(rows, count, center, geometry, motion, fat, near, margin, offset, room, changed):
+    """Flag in ``changed`` the bodies that have left their fat box, and if there are any, those that are about to. Return how many left and
+    how many are flagged. ``count`` is the number of bodies in ``rows``, ``near`` a distance [m].
+
+    About to leave are bodies that have moved, in the direction in which they still move, farther than ``near`` from the box's centre.
+    """
+    left, flagged = 0, 0
+    for block in range(len(rows)):
+        load_offsets(block, rows, center, fat.center, offset)
+        if room_left(block, rows, geometry, fat.bound, fat.half, offset, margin, room):
+            left += 1
+    if left == 0:
+        return 0, 0
+    left = 0
+    for s in range(count):
+        block, lane = s // LANES, s % LANES
+        row = rows[block, lane]
+        gone = not room[block, lane] >= 0
+        soon = gone
+        if not gone:
+            along, distance = 0.0, 0.0
+            for k in range(3):
+                moved = center[row, k] + fat.half[row, 3 + k] - fat.center[row, k]
+                along += moved * motion[row, k]
+                distance = max(distance, abs(moved))
+            soon = along > 0 and distance > near
+        left += 1 if gone else 0
+        flagged += 1 if soon else 0
+        changed[row] = 1 if soon else 0
+    return left, flagged
+
+
+@kernel
+def fatten(rows, changed, kind, center, geometry, motion, h, margin, fattening, fat):
+    """Give new fat boxes to those bodies in the list ``rows`` that are flagged in ``changed``: the tight box, ``margin`` [m] included, and
+    ``fattening`` [m] all round, grown by what the body may turn and stretched along its way during the next steps of ``h`` seconds."""
+    bound = fat.bound
+    for s in range(len(rows)):
+        i = rows[s]
+        if not changed[i]:
+            continue
+        ahead = 0.0 if kind[i] == STATIC else STEPS_AHEAD * h
+        # No point of the shape's box comes farther than ``reach`` from the centre of mass, however it turns.
+        reach, spin = np.float64(bound[i, 7]), 0.0
+        for k in range(3):
+            spin += np.float64(motion[i, 3 + k]) ** 2
+        turn = math.sqrt(spin) * ahead
+        for k in range(3):
+            shift, extent = 0.0, np.float64(bound[i, 6])
+            for j in range(3):
+                shift += np.float64(geometry[i, 3 * k + j]) * bound[i, j]
+                extent += abs(np.float64(geometry[i, 3 * k + j])) * bound[i, 3 + j]
+            move = min(max(motion[i, k] * ahead, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
+            room = max(fattening, ROOM_OF_LARGE * extent) + SPEED_SHARE * abs(move)
+            room += min(turn * reach, reach + abs(shift) - extent)
+            middle = center[i, k] + shift + 0.5 * move
+            fat.center[i, k] = middle
+            fat.half[i, k], fat.half[i, 3 + k] = extent + margin + room + 0.5 * abs(move), shift
+            store_interval(fat.boxes, i, k, middle - fat.half[i, k], middle + fat.half[i, k])
