@@ -7,6 +7,7 @@ The stages are those of ``step.py``, in the same order; their algorithms are in 
 
 from typing import NamedTuple
 
+from atlasphys.engine.broadphase.fat_boxes import has_left
 from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.manifold.build import combine_materials_lane
@@ -32,6 +33,7 @@ from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
     BLOCKS_ONE,
+    CHECKED,
     DETECT,
     DIVERGED,
     DONE,
@@ -39,6 +41,7 @@ from atlasphys.engine.state.work import (
     FINISHED,
     FORCES,
     GENERIC,
+    KEEPS,
     NEED_BLOCKS,
     NEED_GENERIC,
     NEED_PAIRS,
@@ -353,10 +356,12 @@ def note_events(new, old, work):
 
 
 @kernel
-def run_steps(bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, constants, work, steps):
+def run_steps(
+    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, fat_rows, fat, constants, work, steps
+):  # fmt: skip
     """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
 
-    The present manifolds are in ``table_0`` if PARITY is 0; each step builds the next ones in the other table.
+    ``fat_rows`` and ``fat`` are the fat boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step builds the next ones in the other table.
     """
     status = work.status
     while status[DONE] < steps:
@@ -365,6 +370,15 @@ def run_steps(bodies, colliders, shapes, table_0, table_1, remembered, contacts,
         else:
             old, new = table_1, table_0
         if status[PHASE] == DETECT:
+            if not status[CHECKED]:
+                if not status[KEEPS]:
+                    return NEED_PAIRS
+                if has_left(
+                    fat_rows, bodies.center, bodies.geometry, fat.bound, fat.center, fat.half, constants.margin,
+                    work.lanes.delta, work.room,
+                ):  # fmt: skip
+                    return NEED_PAIRS
+            status[CHECKED] = 0
             detect(bodies, colliders, shapes, constants, old, new, work)
             if status[GENERIC] > 0:
                 status[PHASE] = TAKE_GENERIC
@@ -399,5 +413,4 @@ def run_steps(bodies, colliders, shapes, table_0, table_1, remembered, contacts,
         status[PARITY] = 1 - status[PARITY]
         status[PHASE] = DETECT
         status[DONE] += 1
-        return NEED_PAIRS
     return FINISHED

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from atlasphys.engine.broadphase import BROADPHASES
+from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.fused import Constants, run_steps
 from atlasphys.engine.islands.colour import COLOURS
 from atlasphys.engine.narrowphase.batch import KIND_OF, KINDS
@@ -30,7 +31,9 @@ from atlasphys.engine.state.work import (
     DONE,
     ENDED,
     ENTRIES,
-    FINISHED,
+    CHECKED,
+    DETECT,
+    KEEPS,
     FORCES,
     GENERIC,
     NEED_BLOCKS,
@@ -75,7 +78,8 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         math.cos(settings.recycle_twist / 2),
         float(tolerances.margin),
     )
-    ratio = min(h / state.last_h, MOST_GROWTH) if settings.warm_starting and state.last_h > 0 else 0.0
+    ratio = min(sub / state.last_h, MOST_GROWTH) if state.last_h > 0 else 1.0
+    ratio = ratio if settings.warm_starting else 0.0
     return Constants(
         h=real(sub),
         substeps=settings.substeps,
@@ -88,6 +92,21 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         friction_rule=environment.friction_rule,
         restitution_rule=environment.restitution_rule,
     )
+
+
+FATTENING = 0.1
+"""Room that a fat box leaves all round its body [m], for a length unit of 1 m. Smaller: pairs are looked for more often. Larger: more pairs are
+looked at that do not touch."""
+
+
+class Workspace:
+    """What the fused step keeps between steps and can derive from the state at any time."""
+
+    def __init__(self, state: State) -> None:
+        self.work = empty_work(state)
+        self.work.status[OLD_ROWS] = state.manifold_count
+        self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
+        self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
 
 
 def empty_work(state: State) -> Work:
@@ -118,13 +137,14 @@ def empty_work(state: State) -> Work:
         blocks_many=aligned_zeros((1, Fields(4).number, LANES), real),
         plain=in_blocks(moving[~tumbles]),
         tumbling=in_blocks(moving[tumbles]),
+        room=np.zeros((1, LANES), real),
         lanes=empty_lanes(real),
     )
 
 
-def renew_pairs(state: State, pairs: npt.NDArray[np.int32], changed: bool) -> None:
+def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
     """Take over new candidate pairs."""
-    work, count = state.work, len(pairs)
+    work, count = state.workspace.work, len(pairs)
     status = work.status
     status[PAIRS], status[PAIRS_CHANGED] = count, 1
     rows = int(status[OLD_ROWS])
@@ -142,27 +162,31 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32], changed: bool) -> No
     work.pairs[:count] = pairs
     kinds = state.table.arrays.layout[state.colliders.shape[pairs], KIND]
     work.kinds[:count] = KIND_OF[kinds[:, 0], kinds[:, 1]]
-    state.work = work
+    state.workspace.work = work
     if len(state.manifolds.a) < count:
         state.manifolds = with_rows(state.manifolds, 2 * count + 8)
     if len(state.next_manifolds.a) < count:
         state.next_manifolds = empty_manifolds(2 * count + 8, state.real)
 
 
-def find_pairs(state: State, broadphase: str) -> None:
-    """Candidate pairs of a broad phase that keeps no state."""
-    shapes = state.table.arrays
-    update_bounds(state.bodies, state.colliders, shapes, state.count, state.tolerances.margin)
-    state.pairs, count = BROADPHASES[broadphase](state.bodies, state.colliders, shapes, state.count, state.pairs)
-    if state.work is None:
-        state.work = empty_work(state)
-        state.work.status[OLD_ROWS] = state.manifold_count
-    renew_pairs(state, state.pairs[:count], True)
+def look_for_pairs(state: State, broadphase: str, h: float) -> None:
+    """Bring the candidate pairs up to date."""
+    shapes, margin, space = state.table.arrays, state.tolerances.margin, state.workspace
+    if broadphase == "tree":
+        if space.tree.update(state.bodies, state.colliders, shapes, state.count, h, margin):
+            renew_pairs(state, space.tree.pairs)
+            if len(space.work.room) < len(space.tree.rows):
+                space.work = space.work._replace(room=np.zeros((len(space.tree.rows), LANES), state.real))
+    else:
+        update_bounds(state.bodies, state.colliders, shapes, state.count, margin)
+        state.pairs, count = BROADPHASES[broadphase](state.bodies, state.colliders, shapes, state.count, state.pairs)
+        renew_pairs(state, state.pairs[:count])
+    space.work.status[CHECKED] = 1
 
 
 def grow_blocks(state: State) -> None:
     """Room for the blocks that the step needs."""
-    work = state.work
+    work = state.workspace.work
     for name, entry in (("one", BLOCKS_ONE), ("many", BLOCKS_MANY)):
         needed = int(work.status[entry])
         blocks = getattr(work, "blocks_" + name)
@@ -174,54 +198,57 @@ def grow_blocks(state: State) -> None:
                     "integers_" + name: aligned_zeros((capacity, INTEGERS, LANES), np.int32),
                 }
             )
-    state.work = work
+    state.workspace.work = work
 
 
 def run(state: State, pipeline: Any, h: float, steps: int) -> None:
     """Advance ``state`` by ``steps`` steps of h seconds. If one of them goes wrong, the state is that before it, and an error is raised."""
-    kept = np.zeros(4, np.int64)
-    values = constants(state, pipeline.solver_settings, h)
-    first = state.work is None
-    done = 0
-    state.reserve_manifolds(1)
-    if first:
-        find_pairs(state, pipeline.broadphase)
-    while done < steps:
-        work = state.work
-        status = work.status
-        present, following = state.manifolds, state.next_manifolds
-        status[PARITY], status[DONE] = 0, 0
-        status[FORCES] = 1
-        find_pairs(state, pipeline.broadphase)
-        work = state.work
-        status[DONE] = 0
-        wanted = 1
-        while True:
-            answer = run_steps(
-                state.bodies, state.colliders, state.table.arrays, state.manifolds, state.next_manifolds, state.remembered,
-                state.contacts, kept, values, state.work, wanted,
-            )  # fmt: skip
-            if answer == NEED_BLOCKS:
-                grow_blocks(state)
-            elif answer == NEED_GENERIC:
-                number = int(status[GENERIC])
-                pairs = state.work.pairs[state.work.generic[:number]]
-                state.contacts = collide(
-                    state.bodies, state.colliders, state.table.arrays, pairs, pipeline.narrowphase, state.tolerances.margin,
-                    state.contacts,
-                )  # fmt: skip
-            else:
-                break
-        if answer == DIVERGED:
+    settings = pipeline.solver_settings
+    values = constants(state, settings, h)
+    shapes, margin, keeps = state.table.arrays, state.tolerances.margin, pipeline.broadphase == "tree"
+    if state.workspace is None:
+        state.workspace = Workspace(state)
+    space = state.workspace
+    status = space.work.status
+    status[KEEPS], status[DONE], status[FORCES] = keeps, 0, 1
+    status[CHECKED], status[PHASE] = 0, DETECT
+    if keeps and len(space.tree.fat.center) != state.count:
+        look_for_pairs(state, pipeline.broadphase, h)
+    wanted = steps if values.ratio == 1 or not settings.warm_starting else 1
+    completed = 0
+    while True:
+        answer = run_steps(
+            state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered, state.contacts,
+            space.kept, space.tree.rows, space.tree.fat, values, space.work, wanted,
+        )  # fmt: skip
+        status = space.work.status
+        if status[PARITY]:
+            state.manifolds, state.next_manifolds = state.next_manifolds, state.manifolds
+            status[PARITY] = 0
+        for _ in range(completed, int(status[DONE])):
+            state.time += h
+        state.steps += int(status[DONE]) - completed
+        completed = int(status[DONE])
+        if completed:
+            state.last_h = h / settings.substeps
+            state.manifold_count = int(status[OLD_ROWS])
+        if answer == NEED_PAIRS:
+            look_for_pairs(state, pipeline.broadphase, h)
+        elif answer == NEED_BLOCKS:
+            grow_blocks(state)
+        elif answer == NEED_GENERIC:
+            pairs = space.work.pairs[space.work.generic[: status[GENERIC]]]
+            state.contacts = collide(
+                state.bodies, state.colliders, shapes, pairs, pipeline.narrowphase, margin, state.contacts
+            )
+        elif answer == DIVERGED:
+            rows = state.diverged_rows().tolist()
             state.roll_back()
-            state.work = None
-            raise DivergedError(state.diverged_rows().tolist())
-        status = state.work.status
-        state.manifolds, state.next_manifolds = state.next_manifolds, state.manifolds
-        state.manifold_count = int(status[OLD_ROWS])
-        state.began = state.work.began[: status[BEGAN]].copy()
-        state.ended = state.work.ended[: status[ENDED]].copy()
-        state.time, state.steps, state.last_h = state.time + h, state.steps + 1, h
-        values = values._replace(ratio=type(values.ratio)(1 if pipeline.solver_settings.warm_starting else 0))
-        done += 1
-    assert FINISHED == 0 and NEED_PAIRS == 1
+            state.workspace = None
+            raise DivergedError(rows)
+        elif wanted < steps:
+            wanted, values = steps, values._replace(ratio=type(values.ratio)(1))
+        else:
+            break
+    state.began = space.work.began[: status[BEGAN]].copy()
+    state.ended = space.work.ended[: status[ENDED]].copy()

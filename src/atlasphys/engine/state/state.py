@@ -110,7 +110,7 @@ class State:
         """Buffers whose content does not outlive a step."""
         capacity = len(self.bodies.kind)
         self.remembered = copy_rows(self._to_remember())
-        self.work: Any = None
+        self.workspace: Any = None
         self.row_buffer: npt.NDArray[np.int32] = np.zeros(capacity, np.int32)
         self.displacement: npt.NDArray[Any] = np.zeros((capacity, 6), self.real)
         self.spin_change: npt.NDArray[Any] = np.zeros((capacity, 3), self.real)
@@ -132,7 +132,7 @@ class State:
     def append(self) -> int:
         """Room for one more body and its collider; all zero. The caller fills the row, then calls ``refreshed``."""
         row = self.count
-        self.work = None
+        self.workspace = None
         if row == len(self.bodies.kind):
             self.bodies, self.colliders = with_capacity(self.bodies, 2 * row), with_capacity(self.colliders, 2 * row)
             self.remembered = with_capacity(self.remembered, 2 * row)
@@ -155,7 +155,7 @@ class State:
 
     def remove(self, row: int) -> None:
         """Remove a body, its collider and its manifolds, and close the gap."""
-        self.work = None
+        self.workspace = None
         for array in (*self.bodies, *self.colliders, *self.remembered):
             array[row : self.count - 1] = array[row + 1 : self.count]
         self.count -= 1

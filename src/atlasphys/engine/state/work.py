@@ -22,6 +22,8 @@ BEGAN, ENDED = 7, 8  # contact events of the step
 BLOCKS_ONE, BLOCKS_MANY = 9, 10  # blocks that the step's contacts take
 FORCES = 11  # some body has a force to act in the next step
 BOUNCES = 12  # some contact of this step has restitution
+KEEPS = 13  # candidate pairs hold until a body leaves its fat box; else for one step
+CHECKED = 14  # the candidate pairs are good for the coming step
 ENTRIES = 16
 
 # Values of PHASE
@@ -92,6 +94,8 @@ class Work(NamedTuple):
     """(blocks, 8) bodies that keep their angular velocity when free; the last one is repeated."""
     tumbling: npt.NDArray[np.int32]
     """(blocks, 8) bodies that do not."""
+    room: npt.NDArray[np.floating]
+    """(blocks, 8) see broadphase/fat_boxes.py."""
     lanes: Lanes
 
 
