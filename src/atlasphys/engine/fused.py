@@ -7,7 +7,7 @@ The stages are those of ``step.py``, in the same order; their algorithms are in 
 
 from typing import NamedTuple
 
-from atlasphys.engine.broadphase.fat_boxes import has_left
+from atlasphys.engine.broadphase.fat_boxes import apart, has_left
 from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.manifold.build import combine_materials_lane
@@ -192,7 +192,7 @@ def recycle_queue(bodies, colliders, shapes, constants, old, new, work):
 
 
 @routine
-def detect(bodies, colliders, shapes, constants, old, new, work):
+def detect(bodies, colliders, shapes, constants, reach, old, new, work):
     """Narrow phase and manifolds of all candidate pairs, except those left to ``generic``."""
     status, pairs, origin = work.status, work.pairs, work.origin
     count = status[PAIRS]
@@ -213,7 +213,14 @@ def detect(bodies, colliders, shapes, constants, old, new, work):
             if work.queued[KINDS] == LANES:
                 recycle_queue(bodies, colliders, shapes, constants, old, new, work)
         else:
-            enqueue(p, bodies, colliders, shapes, constants, old, new, work)
+            a, b = colliders.body[pairs[p, 0]], colliders.body[pairs[p, 1]]
+            delta = (
+                bodies.center[b, 0] - bodies.center[a, 0],
+                bodies.center[b, 1] - bodies.center[a, 1],
+                bodies.center[b, 2] - bodies.center[a, 2],
+            )
+            if not (status[KEEPS] and apart(a, b, delta, reach)):
+                enqueue(p, bodies, colliders, shapes, constants, old, new, work)
     if work.queued[KINDS] > 0:
         recycle_queue(bodies, colliders, shapes, constants, old, new, work)
     for kind in range(KINDS):
@@ -370,16 +377,16 @@ def run_steps(
         else:
             old, new = table_1, table_0
         if status[PHASE] == DETECT:
-            if not status[CHECKED]:
-                if not status[KEEPS]:
+            if status[KEEPS]:
+                left = has_left(
+                    fat_rows, bodies.center, bodies.geometry, fat, constants.margin, work.lanes.delta, work.room
+                )
+                if left and not status[CHECKED]:
                     return NEED_PAIRS
-                if has_left(
-                    fat_rows, bodies.center, bodies.geometry, fat.bound, fat.center, fat.half, constants.margin,
-                    work.lanes.delta, work.room,
-                ):  # fmt: skip
-                    return NEED_PAIRS
+            elif not status[CHECKED]:
+                return NEED_PAIRS
             status[CHECKED] = 0
-            detect(bodies, colliders, shapes, constants, old, new, work)
+            detect(bodies, colliders, shapes, constants, fat.reach, old, new, work)
             if status[GENERIC] > 0:
                 status[PHASE] = TAKE_GENERIC
                 return NEED_GENERIC

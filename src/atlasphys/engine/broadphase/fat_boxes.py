@@ -23,7 +23,7 @@ from atlasphys.engine.shapes.table import (
     VERTEX_COUNT,
     Shapes,
 )
-from atlasphys.engine.simd import LANES, absolute, any_lane, gather, load, minimum, select, simd_kernel, store
+from atlasphys.engine.simd import LANES, absolute, any_lane, gather, load, minimum, scatter, select, simd_kernel, store
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.bodies import STATIC
 
@@ -53,6 +53,9 @@ class FatBoxes(NamedTuple):
     """(n, 3) centre of the fat box [m]."""
     half: npt.NDArray[np.floating]
     """(n, 8) 0–2 half sizes of the fat box; 3–5 from the centre of mass to the centre of the tight box, when the fat box was made [m]."""
+    reach: npt.NDArray[np.floating]
+    """(n, 8) the tight box as it is now, margin included: 0–2 its centre relative to the centre of mass, 3–5 half sizes [m]. Infinite where it is not
+    worked out: planes and static bodies."""
     boxes: npt.NDArray[np.float32]
     """(n + 1, 8) the fat box for the tree: lower and upper corner, rounded outwards. The last row is empty, and so are those of planes."""
 
@@ -61,10 +64,13 @@ def empty_fat_boxes(count: int, real: npt.DTypeLike) -> FatBoxes:
     """A table of ``count`` rows."""
     boxes = aligned_zeros((count + 1, 8), np.float32)
     boxes[:, :3], boxes[:, 3:6] = np.inf, -np.inf
+    reach = aligned_zeros((count, 8), real)
+    reach[:, 3:6] = np.inf
     return FatBoxes(
         aligned_zeros((count, 8), real),
         aligned_zeros((count, 3), np.float64),
         aligned_zeros((count, 8), real),
+        reach,
         boxes,
     )
 
@@ -93,23 +99,25 @@ def shape_bounds(
 
 
 @simd_kernel
-def room_left(block, rows, geometry, bound, half, offset, margin, room) -> bool:
-    """Store how far the tight boxes of eight bodies, ``margin`` included, are from the nearest side of their fat boxes, −1 for NaN; return
+def room_left(block, rows, geometry, bound, half, offset, margin, room, reach) -> bool:
+    """Store the tight boxes in ``reach``, and how far the tight boxes of eight bodies, ``margin`` included, are from the nearest side of their fat boxes, −1 for NaN; return
     whether any is outside. ``offset`` has the centres of mass relative to the fat boxes' centres."""
     index = load(rows, block)
     m = gather(geometry, index, 16)
     x, y, z, h0, h1, h2, radius, _ = gather(bound, index)
     halves = gather(half, index)
     least, outside = None, None
+    shifts, extents = [], []
     for k in range(3):
         a, b, c = m[3 * k], m[3 * k + 1], m[3 * k + 2]
-        shift = load(offset, k) + (a * x + b * y + c * z)
-        extent = absolute(a) * h0 + absolute(b) * h1 + absolute(c) * h2 + (radius + margin)
-        left = halves[k] - (absolute(shift) + extent) * ROUND_OFF
+        shifts.append(a * x + b * y + c * z)
+        extents.append((absolute(a) * h0 + absolute(b) * h1 + absolute(c) * h2 + (radius + margin)) * ROUND_OFF)
+        left = halves[k] - (absolute(load(offset, k) + shifts[k]) * ROUND_OFF + extents[k])
         gone = ~(left >= 0.0)  # NaN also
         least = left if least is None else minimum(left, least)
         outside = gone if outside is None else outside | gone
     store(room, block, select(outside & ~(least < 0.0), -1.0, least))
+    scatter(reach, index, (*shifts, *extents, h0, h1))
     return any_lane(outside)
 
 
@@ -124,15 +132,24 @@ def load_offsets(block, rows, center, fat_center, offset):
 
 
 @routine
-def has_left(rows, center, geometry, bound, fat_center, half, margin, offset, room):
-    """Whether any of the bodies named in ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included.
+def has_left(rows, center, geometry, fat, margin, offset, room):
+    """Whether any of the bodies named in ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included. Works out ``fat.reach`` of them all.
 
-    ``center`` and ``geometry`` are the bodies' columns, ``bound``, ``fat_center`` and ``half`` those of ``FatBoxes``; ``offset`` (3, 8) and
-    ``room`` (at least blocks, 8) are scratch of the bodies' precision. It stops at the first block with such a body.
+    ``center`` and ``geometry`` are the bodies' columns; ``offset`` (3, 8) and ``room`` (at least blocks, 8) are scratch of the bodies' precision.
     """
+    left = False
     for block in range(len(rows)):
-        load_offsets(block, rows, center, fat_center, offset)
-        if room_left(block, rows, geometry, bound, half, offset, margin, room):
+        load_offsets(block, rows, center, fat.center, offset)
+        if room_left(block, rows, geometry, fat.bound, fat.half, offset, margin, room, fat.reach):
+            left = True
+    return left
+
+
+@routine
+def apart(a, b, delta, reach):
+    """Whether the tight boxes of two bodies do not touch; ``delta`` leads from the centre of mass of a to that of b."""
+    for k in range(3):
+        if abs(delta[k] + reach[b, k] - reach[a, k]) > reach[a, 3 + k] + reach[b, 3 + k]:
             return True
     return False
 
@@ -147,7 +164,7 @@ def flag_leavers(rows, count, center, geometry, motion, fat, near, margin, offse
     left, flagged = 0, 0
     for block in range(len(rows)):
         load_offsets(block, rows, center, fat.center, offset)
-        if room_left(block, rows, geometry, fat.bound, fat.half, offset, margin, room):
+        if room_left(block, rows, geometry, fat.bound, fat.half, offset, margin, room, fat.reach):
             left += 1
     if left == 0:
         return 0, 0
