@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from atlasphys.engine.shapes.plane import Plane as Plane
     from atlasphys.engine.shapes.sphere import Sphere as Sphere
     from atlasphys.engine.solvers.sequential_impulse import SequentialImpulse as SequentialImpulse
+    from atlasphys.engine.solvers.soft_step import SoftStep as SoftStep
     from atlasphys.errors import AtlasPhysError as AtlasPhysError
     from atlasphys.errors import DivergenceError as DivergenceError
     from atlasphys.errors import InvalidArgumentError as InvalidArgumentError
@@ -66,6 +67,7 @@ _HOMES = {
     "Scene": "scene.scene",
     "SceneError": "errors",
     "SequentialImpulse": "engine.solvers.sequential_impulse",
+    "SoftStep": "engine.solvers.soft_step",
     "Snapshot": "world.world",
     "Sphere": "engine.shapes.sphere",
     "Trajectory": "record.read",

@@ -322,8 +322,8 @@ def finish(bodies, remembered, work):
                 if lane > 0 and i == rows[block, lane - 1]:
                     break
                 for k in range(3):
-                    bodies.center[i, k] += moved[k, lane]
-                    bodies.position[i, k] = bodies.center[i, k] - moved[3 + k, lane]
+                    bodies.position[i, k] = bodies.center[i, k] + moved[k, lane] - moved[3 + k, lane]
+                    bodies.center[i, k] = bodies.position[i, k] + moved[3 + k, lane]  # as ``refresh`` computes it
                 for k in range(4):
                     bodies.orientation[i, k] = bodies.geometry[i, 12 + k]
     if not finite:

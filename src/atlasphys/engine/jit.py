@@ -5,6 +5,9 @@ Two decorators:
 - ``@kernel`` marks a function that Python calls. Its machine code is kept in a cache folder between runs.
 - ``@routine`` marks a function that only kernels call. It is compiled into each of them.
 
+Neither may make arrays: Numba then counts no references to the arrays that it passes about, which would cost more than the
+arithmetic. The few that make scratch arrays are ``allocating_kernel`` and ``allocating_routine``.
+
 Both compile strict IEEE arithmetic (no ``fastmath``, so no fused multiply-add and no reordering): the same bits on
 every CPU. Both release the interpreter lock, check no bounds, and let division by zero give infinity as NumPy does.
 
@@ -37,7 +40,7 @@ _IMPORT = re.compile(r"^from (atlasphys\.engine[\w.]*) import (\([^)]*\)|[^\n(]*
 _njit: Any = numba.njit
 _config: Any = numba.config
 
-_OPTIONS = {"_nrt": False, "nogil": True, "error_model": "numpy", "boundscheck": False, "fastmath": False}
+_OPTIONS = {"nogil": True, "error_model": "numpy", "boundscheck": False, "fastmath": False}
 
 
 @cache
@@ -83,11 +86,20 @@ def cache_root() -> Path:
 
 def kernel(function: Function) -> Function:
     """Compile a function that Python calls, once per combination of argument types, and keep the code between runs."""
+    return _kernel(function, allocates=False)
+
+
+def allocating_kernel(function: Function) -> Function:
+    """A kernel that makes arrays, or calls a routine that does."""
+    return _kernel(function, allocates=True)
+
+
+def _kernel(function: Function, allocates: bool) -> Function:
     folder = cache_root() / "kernels" / f"{numba.__version__}-{_source_hash(function.__module__)[:16]}"
     # Numba reads this setting when a function's cache is set up, in this call; other packages' kernels keep theirs.
     previous, _config.CACHE_DIR = _config.CACHE_DIR, str(folder)
     try:
-        return _njit(cache=True, no_cfunc_wrapper=True, **_OPTIONS)(function)
+        return _njit(cache=True, no_cfunc_wrapper=True, _nrt=allocates, **_OPTIONS)(function)
     finally:
         _config.CACHE_DIR = previous
 
@@ -102,7 +114,12 @@ def is_compiled(compiled: Callable[..., Any]) -> bool:
 
 def routine(function: Function) -> Function:
     """Compile a function that only kernels call. Called from Python it crashes: it has no wrapper for that."""
-    return _routine(function, forceinline=False)
+    return _routine(function)
+
+
+def allocating_routine(function: Function) -> Function:
+    """A routine that makes arrays, or calls one that does."""
+    return _routine(function, allocates=True)
 
 
 def inlined(function: Function) -> Function:
@@ -114,8 +131,10 @@ def inlined(function: Function) -> Function:
     return _routine(function, forceinline=True)
 
 
-def _routine(function: Function, forceinline: bool) -> Function:
-    compiled = _njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=forceinline, **_OPTIONS)(function)
+def _routine(function: Function, forceinline: bool = False, allocates: bool = False) -> Function:
+    compiled = _njit(
+        no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=forceinline, _nrt=allocates, **_OPTIONS
+    )(function)
     if hasattr(compiled, "compile"):  # not where NUMBA_DISABLE_JIT is set
         compile_types = compiled.compile
         # Numba would compile f(x, 0), f(x, 1) and f(x, i) one by one, each literal being a type of its own.

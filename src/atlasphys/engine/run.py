@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from typing import Any
 
 import numpy as np
@@ -12,16 +13,17 @@ from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.fused import Constants, run_steps
 from atlasphys.engine.islands.colour import COLOURS
-from atlasphys.engine.narrowphase.batch import KIND_OF, KINDS
+from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
 from atlasphys.engine.narrowphase.dispatch import collide
 from atlasphys.engine.shapes.bounds import update_bounds
-from atlasphys.engine.shapes.table import KIND
+from atlasphys.engine.shapes.table import KIND, PLANE
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.solvers.contact_block import INTEGERS, Fields
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.bodies import STATIC
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
+from atlasphys.engine.state.pose import refresh
 from atlasphys.engine.state.state import State
 from atlasphys.engine.state.work import (
     BEGAN,
@@ -49,15 +51,14 @@ from atlasphys.engine.state.work import (
     in_blocks,
 )
 
+from atlasphys.engine.step import DivergedError, Pipeline, Profile
+
 MOST_GROWTH = 4.0
+"""By how much last step's impulses may be scaled up for a longer step; see solvers/sequential_impulse.py."""
 
+LONGEST_CALL = 0.05
+"""Time [s] that one compiled call should take at most, so that Ctrl-C is heard."""
 
-class DivergedError(ArithmeticError):
-    """A step gave non-finite numbers; ``rows`` says in which bodies."""
-
-    def __init__(self, rows: list[int]) -> None:
-        super().__init__(f"rows {rows} became non-finite")
-        self.rows = rows
 
 
 def constants(state: State, settings: SoftStep, h: float) -> Constants:
@@ -102,7 +103,8 @@ looked at that do not touch."""
 class Workspace:
     """What the fused step keeps between steps and can derive from the state at any time."""
 
-    def __init__(self, state: State) -> None:
+    def __init__(self, state: State, narrowphase: str) -> None:
+        self.narrowphase = narrowphase
         self.work = empty_work(state)
         self.work.status[OLD_ROWS] = state.manifold_count
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
@@ -162,6 +164,8 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
     work.pairs[:count] = pairs
     kinds = state.table.arrays.layout[state.colliders.shape[pairs], KIND]
     work.kinds[:count] = KIND_OF[kinds[:, 0], kinds[:, 1]]
+    if state.workspace.narrowphase == "gjk_epa":  # GJK and EPA know no planes
+        work.kinds[:count][(kinds != PLANE).all(axis=1)] = GENERIC_KIND
     state.workspace.work = work
     if len(state.manifolds.a) < count:
         state.manifolds = with_rows(state.manifolds, 2 * count + 8)
@@ -201,22 +205,30 @@ def grow_blocks(state: State) -> None:
     state.workspace.work = work
 
 
-def run(state: State, pipeline: Any, h: float, steps: int) -> None:
+def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     """Advance ``state`` by ``steps`` steps of h seconds. If one of them goes wrong, the state is that before it, and an error is raised."""
     settings = pipeline.solver_settings
     values = constants(state, settings, h)
     shapes, margin, keeps = state.table.arrays, state.tolerances.margin, pipeline.broadphase == "tree"
+    profile = Profile()
+    if state.stale:
+        refresh(state.bodies, 0, state.count)
+        state.stale = False
+    if state.workspace is not None and state.workspace.narrowphase != pipeline.narrowphase:
+        state.workspace = None
     if state.workspace is None:
-        state.workspace = Workspace(state)
+        state.workspace = Workspace(state, pipeline.narrowphase)
     space = state.workspace
     status = space.work.status
-    status[KEEPS], status[DONE], status[FORCES] = keeps, 0, 1
+    status[KEEPS], status[DONE], status[FORCES] = keeps, 0, state.forced
+    state.forced = False
     status[CHECKED], status[PHASE] = 0, DETECT
     if keeps and len(space.tree.fat.center) != state.count:
         look_for_pairs(state, pipeline.broadphase, h)
-    wanted = steps if values.ratio == 1 or not settings.warm_starting else 1
-    completed = 0
+    wanted = chunk = 1
+    completed, began = 0, time.perf_counter()
     while True:
+        start = time.perf_counter()
         answer = run_steps(
             state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered, state.contacts,
             space.kept, space.tree.rows, space.tree.fat, values, space.work, wanted,
@@ -247,8 +259,14 @@ def run(state: State, pipeline: Any, h: float, steps: int) -> None:
             state.workspace = None
             raise DivergedError(rows)
         elif wanted < steps:
-            wanted, values = steps, values._replace(ratio=type(values.ratio)(1))
+            if time.perf_counter() - start < LONGEST_CALL / 2:
+                chunk *= 2
+            wanted = min(steps, wanted + chunk)
+            if settings.warm_starting:
+                values = values._replace(ratio=type(values.ratio)(1))
         else:
             break
+    profile["solver"] = (time.perf_counter() - began) / max(steps, 1)
     state.began = space.work.began[: status[BEGAN]].copy()
     state.ended = space.work.ended[: status[ENDED]].copy()
+    return profile

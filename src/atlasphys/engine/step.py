@@ -25,6 +25,7 @@ class Pipeline:
     narrowphase: str
     solver: str
     solver_settings: Any
+    threads: int = 1
 
 
 class DivergedError(ArithmeticError):
@@ -56,6 +57,7 @@ def step(state: State, pipeline: Pipeline, h: float) -> Profile:
         with profile.stage("broadphase"):
             shapes, margin = state.table.arrays, state.tolerances.margin
             refresh(state.bodies, 0, state.count)
+            state.stale = True  # this step ends with derived columns of its beginning
             update_bounds(state.bodies, state.colliders, shapes, state.count, margin)
             find_pairs = BROADPHASES[pipeline.broadphase]
             state.pairs, count = find_pairs(state.bodies, state.colliders, shapes, state.count, state.pairs)
@@ -67,7 +69,9 @@ def step(state: State, pipeline: Pipeline, h: float) -> Profile:
         with profile.stage("manifold"):
             update_manifolds(state, count)
         with profile.stage("solver"):
-            SOLVERS[pipeline.solver].advance(state, pipeline.solver_settings, h)
+            advance = SOLVERS[pipeline.solver].advance
+            assert advance is not None
+            advance(state, pipeline.solver_settings, h)
         with profile.stage("finish"):
             if len(rows := state.diverged_rows()):
                 raise DivergedError(rows.tolist())

@@ -205,6 +205,7 @@ class Body:
         """
         row, vector, arm = self._push("force", force, at)
         applied = self._world._state.bodies.force
+        self._world._state.forced = True
         total = applied[row, 0:3] + np.array(vector)
         torque = applied[row, 4:7] + np.cross(arm, vector)
         self._store_finite(applied[row], "force", np.concatenate([total, [0.0], torque, [0.0]]))
@@ -213,6 +214,7 @@ class Body:
         """Let a torque [N m], world axes, (3,), act during the next step. Torques applied before the same step add up."""
         row, vector, _ = self._push("torque", torque, None)
         applied = self._world._state.bodies.force
+        self._world._state.forced = True
         self._store_finite(applied[row, 4:7], "torque", applied[row, 4:7] + np.array(vector))
 
     def apply_impulse(self, impulse: object, at: object = None) -> None:
@@ -271,6 +273,7 @@ class Body:
     @locks.setter
     def locks(self, value: object) -> None:
         self._world._state.bodies.locks[self.row] = lock_bits(value)
+        self._world._state.properties_changed(self.row)
 
     @property
     def group(self) -> int:
@@ -280,6 +283,7 @@ class Body:
     @group.setter
     def group(self, value: object) -> None:
         self._world._state.colliders.group[self.row] = bits("group", value)
+        self._world._state.properties_changed(self.row)
 
     @property
     def mask(self) -> int:
@@ -289,6 +293,7 @@ class Body:
     @mask.setter
     def mask(self, value: object) -> None:
         self._world._state.colliders.mask[self.row] = bits("mask", value)
+        self._world._state.properties_changed(self.row)
 
     def _coefficient(self, name: str) -> float:
         return float(self._world._state.colliders.material[self.row, COEFFICIENTS[name][0]])
@@ -296,6 +301,7 @@ class Body:
     def _set_coefficient(self, name: str, value: object) -> None:
         column, least, greatest = COEFFICIENTS[name]
         self._world._state.colliders.material[self.row, column] = in_range(name, value, least, greatest)
+        self._world._state.properties_changed(self.row)
 
     def _response(self, name: str) -> float:
         return float(self._world._state.bodies.response[self.row, RESPONSES[name][0]])

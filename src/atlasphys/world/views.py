@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from atlasphys.engine.state.bodies import DYNAMIC, KINDS
-from atlasphys.engine.state.manifolds import DEPTH, LOCAL_A, LOCAL_B, NORMAL, NORMAL_IMPULSE, POINT_COLUMNS
+from atlasphys.engine.state.manifolds import DEPTH, LOCAL_A, LOCAL_B, NORMAL, POINT_COLUMNS
 from atlasphys.engine.state.state import State
 from atlasphys.errors import InvalidArgumentError
 from atlasphys.world.arguments import LARGEST_COORDINATE
@@ -200,8 +200,13 @@ def contact_points(state: State) -> np.recarray[Any, Any]:
     records["body_a"], records["body_b"] = a, b
     records["normal"] = manifolds.contact[rows, NORMAL : NORMAL + 3]
     records["depth"] = manifolds.points[rows, first + DEPTH]
-    records["normal_impulse"] = manifolds.points[rows, first + NORMAL_IMPULSE]
-    records["friction_impulse"] = manifolds.friction_impulse.reshape(-1, 4, 3)[rows, points]
+    pushed = manifolds.total[rows, points].astype(np.float64)
+    records["normal_impulse"] = pushed
+    # Friction that acts on all points together is shared out as they are loaded.
+    whole = manifolds.total[rows, :4].sum(axis=1, dtype=np.float64)
+    share = np.where(whole > 0, pushed / np.where(whole > 0, whole, 1), 1 / manifolds.count[rows])
+    together = manifolds.total[rows, 4:7] * share[:, None]
+    records["friction_impulse"] = manifolds.friction_impulse.reshape(-1, 4, 3)[rows, points] + together
     # Seen from a body that cannot be a plane with a far-off origin
     bodies = state.bodies
     near_a = bodies.kind[a] == DYNAMIC

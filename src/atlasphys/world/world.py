@@ -16,6 +16,7 @@ import numpy.typing as npt
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.constants import RESTITUTION_THRESHOLD
 from atlasphys.engine.manifold.build import COMBINE_RULES
+from atlasphys.engine.run import run
 from atlasphys.engine.shapes.mass import mass_properties
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.shape import Shape
@@ -41,6 +42,7 @@ from atlasphys.world.views import Bodies, Energy, Event, contact_points
 NARROWPHASES = ("auto", "gjk_epa", "sat")
 
 PRESETS: dict[str, dict[str, Any]] = {
+    "default": {"broadphase": "tree", "narrowphase": "auto", "solver": "soft_step"},
     "classic": {"broadphase": "sweep", "narrowphase": "gjk_epa", "solver": "sequential_impulse"},
 }
 """Name → arguments of ``World`` that it stands for."""
@@ -135,7 +137,7 @@ class World:
         restitution_combine: str = "max",
     ) -> None:
         chosen = PRESETS[DEFAULT_PRESET if preset is None else choice("preset", preset, PRESETS)]
-        for name, value, only in (("substeps", substeps, 1), ("threads", threads, 1), ("sleeping", sleeping, False)):
+        for name, value, only in (("threads", threads, 1), ("sleeping", sleeping, False)):
             if value is not None and (type(value) is not type(only) or value != only):
                 raise InvalidArgumentError(f"{name} must be {only} in this version (got {value!r})")
         unit = in_range("length_unit", length_unit, 1e-3, 1e3)
@@ -147,6 +149,7 @@ class World:
                     "position_correction is given twice: as an argument and in the solver's settings"
                 )
             settings = dataclasses.replace(settings, position_correction=position_correction)
+        settings = _with_substeps(name, settings, substeps, dataclasses.is_dataclass(solver))
         self._pipeline = Pipeline(
             broadphase=choice("broadphase", chosen["broadphase"] if broadphase is None else broadphase, BROADPHASES),
             narrowphase=choice(
@@ -200,6 +203,8 @@ class World:
     @solver.setter
     def solver(self, value: object) -> None:
         name, settings = _solver(value)
+        if name != self._pipeline.solver:
+            self._state.solver_changed()
         self._pipeline = dataclasses.replace(self._pipeline, solver=name, solver_settings=settings)
 
     @property
@@ -254,6 +259,8 @@ class World:
 
     def _set_environment(self, **change: Any) -> None:
         self._state.environment = dataclasses.replace(self._state.environment, **change)
+        if change.keys() & {"friction_rule", "restitution_rule"}:
+            self._state.properties_changed()
 
     @property
     def precision(self) -> str:
@@ -268,7 +275,7 @@ class World:
     @property
     def substeps(self) -> int:
         """Solver steps per step."""
-        return 1
+        return int(getattr(self._pipeline.solver_settings, "substeps", 1))
 
     @property
     def threads(self) -> int:
@@ -424,10 +431,16 @@ class World:
             InvalidArgumentError: dt is out of range, or what was written into ``world.bodies`` is not finite or moves a static body.
             DivergenceError: a body's state would no longer be finite. In both cases the world is as it was before the step.
         """
-        h = in_range("dt", dt, SHORTEST_STEP, LONGEST_STEP)
+        self._advance(in_range("dt", dt, SHORTEST_STEP, LONGEST_STEP), 1)
+
+    def _advance(self, h: float, steps: int) -> None:
         self._check_written()
         try:
-            self._profile = step(self._state, self._pipeline, h)
+            if SOLVERS[self._pipeline.solver].advance is None:
+                self._profile = run(self._state, self._pipeline, h, steps)
+            else:
+                for _ in range(steps):
+                    self._profile = step(self._state, self._pipeline, h)
         except DivergedError as error:
             names = tuple(self._infos[row].name or f"body {row}" for row in error.rows)
             shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
@@ -445,8 +458,8 @@ class World:
         """
         length = in_range("seconds", seconds, 0, LONGEST_RUN)
         h = in_range("dt", dt, SHORTEST_STEP, LONGEST_STEP)
-        for _ in range(round(length / h)):
-            self.step(h)
+        if steps := round(length / h):
+            self._advance(h, steps)
 
     def _check_written(self) -> None:
         """Check what the user has written into the bulk views since the last step."""
@@ -482,6 +495,7 @@ class World:
         changed = (np.abs(lengths * greatest - 1) > 1e-6)[:, 0]
         bodies.orientation[rows[changed]] = orientation[changed] / lengths[changed]
         state.remember()
+        state.stale = True
 
     # Reading ---------------------------------------------------------------------------------------------------------
 
@@ -587,6 +601,19 @@ def _solver(value: object) -> tuple[str, Any]:
             return name, value
     name = choice("solver", value, SOLVERS)
     return name, SOLVERS[name].settings()
+
+
+def _with_substeps(name: str, settings: Any, substeps: int | None, given: bool) -> Any:
+    """The solver's settings with the argument ``substeps``."""
+    if substeps is None:
+        return settings
+    if not hasattr(settings, "substeps"):
+        if type(substeps) is int and substeps == 1:
+            return settings
+        raise InvalidArgumentError(f"substeps must be 1 with {name} (got {substeps!r})")
+    if given:
+        raise InvalidArgumentError("substeps is given twice: as an argument and in the solver's settings")
+    return dataclasses.replace(settings, substeps=substeps)
 
 
 def _gravity(value: object) -> tuple[float, float, float]:

@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from atlasphys.engine.jit import routine
+from atlasphys.engine.jit import allocating_routine, routine
 from atlasphys.engine.math import mat, vec
 from atlasphys.engine.narrowphase.gjk import difference_support
 from atlasphys.engine.narrowphase.pair import write_normal, write_point
@@ -43,7 +43,7 @@ they meet."""
 ID_MASK, SIDE, CROSSING, ON_SECOND, NO_FACE = 0x1FFF, 0x2000, 1 << 28, 1 << 29, 1 << 30
 
 
-@routine
+@allocating_routine
 def clip_scratch(shapes, dtype):
     """Memory for one feature as it comes, for both as placed, and for a polygon before and after a cut: points and
     ids of each.

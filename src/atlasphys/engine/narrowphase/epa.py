@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from atlasphys.engine.jit import routine
+from atlasphys.engine.jit import allocating_routine, routine
 from atlasphys.engine.math import mat, vec
 from atlasphys.engine.narrowphase.gjk import ON_A, difference_support, precision
 from atlasphys.engine.shapes.table import CONE, CYLINDER, KIND
@@ -34,7 +34,7 @@ SEEN, TAKEN = 1, 2
 """Marks of faces that a new vertex sees, and of those of them that are replaced."""
 
 
-@routine
+@allocating_routine
 def polytope_scratch(real):
     """Memory for one polytope: vertices (6 columns: of A − B and on A), face planes, face corners, horizon edges.
 

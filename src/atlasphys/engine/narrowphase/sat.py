@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from atlasphys.engine.jit import routine
+from atlasphys.engine.jit import allocating_routine, routine
 from atlasphys.engine.math import mat, vec
 from atlasphys.engine.narrowphase.segments import closest_of_segments
 from atlasphys.engine.shapes.support import support
@@ -108,7 +108,7 @@ def box_axes(shapes, pair, limit, bias, r):
     return n, best, vec.add_scaled(q, n, -best), q
 
 
-@routine
+@allocating_routine
 def hull_scratch(shapes, dtype):
     """Memory for two polyhedra in the pair's frame: vertices and face normals of each."""
     most_vertices, most_faces = 1, 1

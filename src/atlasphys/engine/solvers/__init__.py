@@ -5,9 +5,10 @@ from typing import Any, NamedTuple
 
 from atlasphys.engine.solvers import sequential_impulse
 from atlasphys.engine.solvers.sequential_impulse import SequentialImpulse
+from atlasphys.engine.solvers.soft_step import SoftStep
 from atlasphys.engine.state.state import State
 
-__all__ = ["SOLVERS", "SequentialImpulse", "Solver"]
+__all__ = ["SOLVERS", "SequentialImpulse", "SoftStep", "Solver"]
 
 
 class Solver(NamedTuple):
@@ -15,10 +16,12 @@ class Solver(NamedTuple):
 
     settings: type
     """Dataclass of the solver's settings; its defaults are the solver's."""
-    advance: Callable[[State, Any, float], None]
-    """Advances a state, whose next manifolds are built, by one step of the given length under the given settings."""
+    advance: Callable[[State, Any, float], None] | None
+    """Advances a state, whose next manifolds are built, by one step of the given length under the given settings. None: the solver is
+    part of the fused step (``engine/run.py``)."""
 
 
 SOLVERS: dict[str, Solver] = {
+    "soft_step": Solver(SoftStep, None),
     "sequential_impulse": Solver(SequentialImpulse, sequential_impulse.advance),
 }

@@ -390,6 +390,9 @@ def store_impulses(manifolds, count, frames, points):
             first = POINT_COLUMNS * k
             if contact_points[i, first + NORMAL_IMPULSE] > 0 or contact_points[i, first + DEPTH] >= 0:
                 manifolds.touching[i] = True
+        for k in range(4):
+            manifolds.total[i, k] = contact_points[i, POINT_COLUMNS * k + NORMAL_IMPULSE]
+        manifolds.total[i, 7] = manifolds.contact[i, PATCH_TORSION]
         rolling = vec.add_scaled(vec.scale(t1, frames[i, ROLLING_1]), t2, frames[i, ROLLING_2])
         vec.store_columns(manifolds.contact, i, PATCH_ROLLING, rolling)
 

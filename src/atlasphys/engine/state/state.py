@@ -20,7 +20,7 @@ from atlasphys.engine.state.arrays import copy_rows, with_capacity
 from atlasphys.engine.state.bodies import Bodies, empty_bodies
 from atlasphys.engine.state.colliders import Colliders, empty_colliders
 from atlasphys.engine.state.contacts import Contacts, empty_contacts
-from atlasphys.engine.state.manifolds import Manifolds, empty_manifolds
+from atlasphys.engine.state.manifolds import IS_RECYCLABLE, PATCH_FRICTION, Manifolds, empty_manifolds
 from atlasphys.engine.state.pose import refresh
 
 
@@ -104,6 +104,10 @@ class State:
         self.time = 0.0
         self.steps = 0
         self.last_h = 0.0
+        self.stale = False
+        """Whether columns of the bodies that follow from others are out of date."""
+        self.forced = False
+        """Whether forces or torques may act in the next step."""
         self._make_buffers()
 
     def _make_buffers(self) -> None:
@@ -151,7 +155,23 @@ class State:
 
     def take_over(self, column: str, row: int, part: slice) -> None:
         """Remember a checked change of one column. What else was written into the row stays noticeable."""
+        self.stale = True
         getattr(self.remembered, column)[row, part] = getattr(self.bodies, column)[row, part]
+
+    def solver_changed(self) -> None:
+        """Another solver goes on from here: friction counts for each pair as a whole, which all solvers read."""
+        for table in (self.manifolds, self.next_manifolds):
+            together = table.contact[:, PATCH_FRICTION : PATCH_FRICTION + 3]
+            together += table.friction_impulse.reshape(-1, 4, 3).sum(axis=1)
+            table.friction_impulse[:] = 0
+        self.properties_changed()
+
+    def properties_changed(self, row: int | None = None) -> None:
+        """Forget what was derived from the properties of a body, or of all bodies: they have been changed."""
+        self.workspace, self.stale = None, True
+        m = self.manifolds
+        touched = slice(None) if row is None else (m.a == row) | (m.b == row)
+        m.reference[touched, IS_RECYCLABLE] = 0
 
     def remove(self, row: int) -> None:
         """Remove a body, its collider and its manifolds, and close the gap."""
@@ -226,6 +246,7 @@ class State:
         self.began = np.stack([new.a[fresh], new.b[fresh]], axis=1)
         self.manifolds, self.manifold_count, self.next_manifolds, self.next_count = new, n, old, 0
         self.bodies.force[: self.count] = 0
+        self.forced = False
         self.time, self.steps, self.last_h = self.time + h, self.steps + 1, h
         self.remember()
 
@@ -255,6 +276,7 @@ class State:
             "next_manifolds",
             "touched_before",
             "manifold_ended",
+            "workspace",
         )
         return {name: value for name, value in self.__dict__.items() if name not in buffers}
 
@@ -269,9 +291,10 @@ class State:
     def hash(self) -> str:
         """A digest of all that decides how the world goes on, except its settings."""
         digest = hashlib.blake2b(digest_size=16)
-        digest.update(np.array([self.count, self.manifold_count, self.steps], np.int64).tobytes())
+        live = np.flatnonzero(self.manifolds.count[: self.manifold_count])
+        digest.update(np.array([self.count, len(live), self.steps], np.int64).tobytes())
         digest.update(np.array([self.time, self.last_h], np.float64).tobytes())
-        n, m = self.count, self.manifold_count
+        n = self.count
         b, c = self.bodies, self.colliders
         # Shapes by what they are and where they are first used: their rows in the table depend on what was removed.
         shapes, used = self.table.shapes, c.shape[:n].tolist()
@@ -298,7 +321,7 @@ class State:
         for array in (c.body, c.material, c.group, c.mask):
             digest.update(array[:n].tobytes())
         for array in self.manifolds:
-            digest.update(array[:m].tobytes())
+            digest.update(array[live].tobytes())
         return digest.hexdigest()
 
 

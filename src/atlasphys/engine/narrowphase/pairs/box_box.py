@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from atlasphys.engine.jit import kernel
+from atlasphys.engine.jit import allocating_kernel
 from atlasphys.engine.narrowphase.clip import FACE_PREFERENCE, clip_scratch, write_contact
 from atlasphys.engine.narrowphase.pair import place
 from atlasphys.engine.narrowphase.sat import box_axes
 
 
-@kernel
+@allocating_kernel
 def box_box(rows, bodies, colliders, shapes, margin, contacts):
     """Contacts of pairs of boxes."""
     real = contacts.depth.dtype.type

@@ -7,7 +7,7 @@ derivative, until it is linear.
 
 import math
 
-from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.jit import allocating_kernel, routine
 from atlasphys.engine.math import mat, vec
 from atlasphys.engine.narrowphase.clip import FACE_PREFERENCE, clip_scratch, write_contact
 from atlasphys.engine.narrowphase.gjk import precision
@@ -110,7 +110,7 @@ def _overlap(center, along, half, bias):
     return normal, best, end
 
 
-@kernel
+@allocating_kernel
 def capsule_box(rows, bodies, colliders, shapes, margin, contacts):
     """Contacts of pairs of a capsule and a box."""
     real = contacts.depth.dtype.type

@@ -3,7 +3,7 @@ parallel."""
 
 import numpy as np
 
-from atlasphys.engine.jit import kernel
+from atlasphys.engine.jit import allocating_kernel
 from atlasphys.engine.math import vec
 from atlasphys.engine.narrowphase.clip import write_edges
 from atlasphys.engine.narrowphase.gjk import precision
@@ -11,7 +11,7 @@ from atlasphys.engine.narrowphase.pair import place, write_normal
 from atlasphys.engine.narrowphase.segments import closest_of_segments
 
 
-@kernel
+@allocating_kernel
 def capsule_capsule(rows, bodies, colliders, shapes, margin, contacts):
     """Contacts of pairs of capsules. Where the segments cross, the normal is square to both."""
     real = contacts.depth.dtype.type

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.jit import allocating_kernel, routine
 from atlasphys.engine.math import vec
 from atlasphys.engine.narrowphase.clip import FACE_PREFERENCE, clip_scratch, write_contact
 from atlasphys.engine.narrowphase.epa import epa, polytope_scratch
@@ -29,7 +29,7 @@ def core_contact(shapes, pair, limit, simplex, polytope):
     return normal, distance, on_a, vec.add_scaled(on_a, normal, distance)
 
 
-@kernel
+@allocating_kernel
 def convex_convex(rows, bodies, colliders, shapes, margin, contacts):
     """Contacts of pairs of convex shapes of any kind."""
     real = contacts.depth.dtype.type

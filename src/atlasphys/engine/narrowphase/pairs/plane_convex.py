@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.jit import allocating_kernel, routine
 from atlasphys.engine.math import mat, vec
 from atlasphys.engine.narrowphase.pair import place, write_normal
 from atlasphys.engine.shapes.feature import supporting_feature
@@ -46,7 +46,7 @@ def _write_low_point(contacts, target, height, margin, n, center, far_center, ra
         contacts.count[p] += 1
 
 
-@kernel
+@allocating_kernel
 def plane_convex(rows, bodies, colliders, shapes, margin, contacts):
     """Contacts of pairs of a plane and a convex shape."""
     real = contacts.depth.dtype.type

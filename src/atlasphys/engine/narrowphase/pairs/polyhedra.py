@@ -1,12 +1,12 @@
 """Two polyhedra, boxes or hulls: the separating axis test, then clipping."""
 
-from atlasphys.engine.jit import kernel
+from atlasphys.engine.jit import allocating_kernel
 from atlasphys.engine.narrowphase.clip import FACE_PREFERENCE, clip_scratch, write_contact
 from atlasphys.engine.narrowphase.pair import place
 from atlasphys.engine.narrowphase.sat import hull_scratch, polyhedra_axes
 
 
-@kernel
+@allocating_kernel
 def polyhedra(rows, bodies, colliders, shapes, margin, contacts):
     """Contacts of pairs of polyhedra."""
     real = contacts.depth.dtype.type
