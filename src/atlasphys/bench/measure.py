@@ -46,7 +46,7 @@ class Plan:
     seconds: float | None = None
     """Simulated time at which scenes are judged, instead of their own [s]."""
     patience: float = 300.0
-    """Wall time after which an engine that does not answer is given up [s]."""
+    """Wall time after which an engine that does not answer or has not settled is given up [s]."""
 
     def of(self, scene: Scene) -> tuple[int, int]:
         """Steps before measuring, and steps in all."""
@@ -154,7 +154,9 @@ class Worker:
                 raise NoAnswerError(f"too slow: no answer to {request!r} within {self._patience:g} s")
             error, answer = self._pipe.recv()
         except (EOFError, OSError):
-            raise NoAnswerError(f"its process ended in {request!r}") from None
+            self._process.join(1.0)
+            code = self._process.exitcode
+            raise NoAnswerError(f"its process ended with code {code} in {request!r}") from None
         if isinstance(error, InvalidArgumentError):
             raise error
         if error is not None:
@@ -165,7 +167,9 @@ class Worker:
 def _serve(pipe: Connection, name: str, threads: int, preset: str | None) -> None:
     """What the process does until its pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # PyBullet greets on standard output
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):  # PyBullet greets, MuJoCo warns; errors go through the pipe
+        os.dup2(nowhere, stream)
     state: Any = None
     while True:
         try:
@@ -228,16 +232,16 @@ def measure(scene: Scene, names: Sequence[str], plan: Plan, report: Report = lam
             result.threads = worker.ask("build", scene)
             worker.ask("run", 1)  # kernels are compiled or loaded
             done = 1
-            probe = max(1, min(10, first - done))
-            wall, _ = worker.ask("run", probe)
-            done += probe
-            while done < first:  # in pieces, for the patience is for each
-                count = max(1, min(first - done, int(5.0 / max(wall / probe, 1e-7))))
+            count, wall, deadline = 1, 0.0, time.monotonic() + plan.patience
+            while done < first:  # in pieces that grow, to see in time whether it is hopeless
+                if time.monotonic() > deadline:
+                    raise NoAnswerError(f"too slow: {done} of {first} steps to settle in {plan.patience:g} s")
+                count = min(first - done, 2 * count, 1 + int(PIECE * count / max(wall, 1e-6)))
                 wall, _ = worker.ask("run", count)
-                probe, done = count, done + count
+                done += count
             result.seconds = done * DT
             most = max(1, (total - done) // plan.rounds)
-            result.steps = plan.steps or max(1, min(most, int(plan.turn * probe / max(wall, 1e-9))))
+            result.steps = plan.steps or max(1, min(most, int(plan.turn * count / max(wall, 1e-9))))
 
         def take_turn(result: Result, worker: Worker) -> None:
             wall, cpu = worker.ask("run", result.steps)
@@ -253,7 +257,7 @@ def measure(scene: Scene, names: Sequence[str], plan: Plan, report: Report = lam
             while (left := min(total, LONGEST_JUDGED) - round(result.seconds / DT)) > 0:
                 if time.monotonic() > deadline:
                     break
-                count = max(1, min(left, int(1.0 / max(step, 1e-7))))
+                count = min(left, 1 + int(PIECE / max(step, 1e-6)))
                 worker.ask("run", count)
                 result.seconds += count * DT
             positions, orientations = worker.ask("poses")
@@ -270,6 +274,9 @@ def measure(scene: Scene, names: Sequence[str], plan: Plan, report: Report = lam
     compare(results)
     return results
 
+
+PIECE = 2.0
+"""Wall time of a piece of steps that are not measured, about [s]."""
 
 LONGEST_JUDGED = round(60.0 / DT)
 """Scenes are judged after no more steps than this, if they have not been measured for longer."""

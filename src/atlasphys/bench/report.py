@@ -45,31 +45,11 @@ def summary(results: Iterable[Result]) -> dict[str, Any]:
 
 
 def print_results(results: Sequence[Result], threads: int) -> None:
-    """Print the table, and below it why results do not count, and the means."""
-    title = f"ms per step, {_threads(threads)}; ratio: time against that of AtlasPhys (above 1: slower)"
-    table = Table(
-        title=title, title_justify="left", header_style="bold", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
-    )
-    table.add_column("scene, engine", no_wrap=True)
-    for name in ("median", "least", "CPU", "ratio", "of least", "drift mm", "deep mm"):
-        table.add_column(name, justify="right")
-    table.add_column("stands")
-    previous = ""
-    for result in results:
-        if previous != result.scene:
-            table.add_row(f"[bold]{result.scene}[/bold] ({result.bodies})")
-            previous = result.scene
-        row = result.row()
-        numbers = [_text(row[key]) for key in ("median_ms", "min_ms", "cpu_ms")]
-        # A ratio of a wrong answer, ours or theirs, is not shown: it would be quoted.
-        counts = result.stands and _ours(results, result.scene)
-        numbers += [_text(row[key]) if counts else "–" for key in ("median_ratio", "min_ratio")]
-        lengths = (row["worst_drift"], row["deepest_penetration"])
-        numbers += ["–" if length is None else f"{1e3 * length:.1f}" for length in lengths]
-        verdict = "yes" if result.stands else "[red]failed[/red]" if result.failure else "[red]fell[/red]"
-        table.add_row("  " + PEERS[result.engine].title, *numbers, verdict)
+    """Print a table a scene, and below them why results do not count, and the means."""
     console = Console(highlight=False)
-    console.print(table)
+    console.print(f"ms per step, {_threads(threads)}; ratio: time against that of AtlasPhys (above 1: slower)\n")
+    for scene in dict.fromkeys(result.scene for result in results):
+        console.print(_table(scene, [result for result in results if result.scene == scene]))
     for result in results:
         if result.fault:
             console.print(
@@ -78,6 +58,26 @@ def print_results(results: Sequence[Result], threads: int) -> None:
     for name, mean in summary(results)["peers"].items():
         scenes = f"{mean['scenes']} scene{'s' * (mean['scenes'] > 1)}"
         console.print(f"{PEERS[name].title} takes {mean['mean_ratio']:.3g} times as long (mean of {scenes} that stood)")
+
+
+def _table(scene: str, results: Sequence[Result]) -> Table:
+    title = f"[bold]{scene}[/bold], {results[0].bodies} bodies"
+    table = Table(title=title, title_justify="left", title_style="", box=SIMPLE_HEAD, pad_edge=False, padding=0)
+    table.add_column("engine", width=10)
+    for name in ("median", "least", "CPU", "ratio", "of least", "drift mm", "deep mm"):
+        table.add_column(name, justify="right", width=8)
+    table.add_column("stands", justify="right", width=7)
+    ours = _ours(results, scene)
+    for result in results:
+        row = result.row()
+        numbers = [_text(row[key]) for key in ("median_ms", "min_ms", "cpu_ms")]
+        # A ratio of a wrong answer, ours or theirs, is not shown: it would be quoted.
+        numbers += [_text(row[key]) if ours and result.stands else "–" for key in ("median_ratio", "min_ratio")]
+        lengths = (row["worst_drift"], row["deepest_penetration"])
+        numbers += ["–" if length is None else f"{1e3 * length:.1f}" for length in lengths]
+        verdict = "yes" if result.stands else "[red]failed[/red]" if result.failure else "[red]fell[/red]"
+        table.add_row(PEERS[result.engine].title, *numbers, verdict)
+    return table
 
 
 def print_rows(title: str, rows: Sequence[dict[str, Any]]) -> None:

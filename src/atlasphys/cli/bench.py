@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from atlasphys.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
-    from atlasphys.bench.measure import Plan, Report, Result
+    from atlasphys.bench.measure import Plan, Result
 
 SIZES = (1000, 3000, 10_000, 30_000, 100_000)
 """Numbers of bodies of ``--scaling``."""
@@ -56,7 +56,7 @@ def bench(
     seconds
         Simulated time at which a scene is judged [s]. Default: the scene's.
     patience
-        Wall time after which an engine that does not answer is given up [s].
+        Wall time after which an engine that does not answer or has not settled is given up [s].
     scaling
         Measure time per body from 1000 to 100000 bodies instead.
     memory
@@ -154,7 +154,7 @@ def _print_files(files: list[Path]) -> None:
 
 
 class _Progress:
-    """A bar on standard error, if that is a terminal."""
+    """Where the measurement is, on standard error: a bar on a terminal, elsewhere a line for all but the rounds."""
 
     def __init__(self, total: int) -> None:
         from rich.console import Console
@@ -164,7 +164,13 @@ class _Progress:
         columns = (TextColumn("{task.description}"), BarColumn(bar_width=20), TimeElapsedColumn())
         self._progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
         self._task = self._progress.add_task("starting", total=total)
-        self.say: Report = lambda text: self._progress.update(self._task, description=text)
+        self._console = console
+
+    def say(self, text: str) -> None:
+        if self._console.is_terminal:
+            self._progress.update(self._task, description=text)
+        elif " round " not in text:
+            self._console.print(text, highlight=False)
 
     def done(self) -> None:
         self._progress.advance(self._task)
