@@ -94,7 +94,9 @@ def blocks_of(poses: list[Pose], real: npt.DTypeLike, margin: float) -> Blocks:
     )
 
 
-def planes_of(shapes: list[Shape], turns: Any, normals: Any, heights: Any, real: npt.DTypeLike, margin: float) -> Blocks:
+def planes_of(
+    shapes: list[Shape], turns: Any, normals: Any, heights: Any, real: npt.DTypeLike, margin: float
+) -> Blocks:
     """The same for shapes above or in planes."""
     still, here = np.eye(3), np.zeros(3)
     blocks = blocks_of(
