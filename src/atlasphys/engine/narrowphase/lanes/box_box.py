@@ -16,7 +16,16 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from atlasphys.engine.narrowphase.clip import FACE_PREFERENCE
-from atlasphys.engine.narrowphase.lanes.common import FIRST, SECOND, clamp, from_axis, sign, vector, write_contact
+from atlasphys.engine.narrowphase.lanes.common import (
+    FIRST,
+    SECOND,
+    clamp,
+    from_axis,
+    sign,
+    vector,
+    within,
+    write_contact,
+)
 from atlasphys.engine.narrowphase.lanes.reduce import Point, keep_four
 from atlasphys.engine.narrowphase.sat import PARALLEL_SQUARED
 from atlasphys.engine.simd import (
@@ -216,14 +225,11 @@ def _candidates(half: Any, middle: Any, edges: Any, slack: Any) -> list[Point]:
     points = []
     for j in range(2):
         along, across = edges[j], edges[1 - j]
-        # Not so small that a product with the reciprocal is no number.
-        x_slope, y_slope = (1 / select(absolute(e) < 1e-20, 1e-20, e) for e in along[1:])
-        x_reach, y_reach = x_limit * absolute(x_slope), y_limit * absolute(y_slope)
         for side in (-1, 1):
             x, y, z = middle[1] + side * across[1], middle[2] + side * across[2], depth - side * across[0]
-            at_x, at_y = x * x_slope, y * y_slope
-            low = maximum(maximum(-x_reach - at_x, -y_reach - at_y), -1)
-            high = minimum(minimum(x_reach - at_x, y_reach - at_y), 1)
+            low_x, high_x = within(x, along[1], x_limit)
+            low_y, high_y = within(y, along[2], y_limit)
+            low, high = maximum(maximum(low_x, low_y), -1), minimum(minimum(high_x, high_y), 1)
             # Round the parallelogram each edge gives its first end, and its last only if that is cut off.
             ends = (low, low <= high), (high, (low < high) & (high < 1))
             if (side > 0) == (j == 0):

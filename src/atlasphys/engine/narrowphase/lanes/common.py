@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from atlasphys.engine.simd import any_lane, full, load, select, store
+from atlasphys.engine.simd import absolute, any_lane, full, load, select, store, vec
 
 FIRST, SECOND = 4, 8
 """Fields of ``place`` where the sizes of the first and the second shape begin."""
@@ -34,6 +34,36 @@ def clamp(x: Any, limit: Any) -> Any:
     """x, or the nearest number to it from −limit to +limit."""
     x = select(x < limit, x, limit)
     return select(x > -limit, x, -limit)
+
+
+def within(start: Any, along: Any, limit: Any) -> Any:
+    """The least and greatest t for which ``start + t along`` lies from −limit to +limit; the first is the greater
+    where there is none."""
+    # Not so small that a product with the reciprocal is no number.
+    inverse = 1 / select(absolute(along) < 1e-20, 1e-20, along)
+    reach, center = limit * absolute(inverse), start * inverse
+    return -reach - center, reach - center
+
+
+def one_or_two_points(single: Any, ends: Any, side_by_side: Any, slack: Any, margin: Any, rows: Any) -> Any:
+    """The points of a segment's contact: two, with features 1 and 2, in the lanes where it runs along something, or a
+    single one, feature 0, where it does not or the deeper end is less deep than that by more than ``slack``.
+
+    Args:
+        single, ends: ``position, depth``.
+        rows: any integer lanes, to make more like them.
+    """
+    (low, low_depth), (high, high_depth) = ends
+    both = side_by_side & (select(low_depth > high_depth, low_depth, high_depth) >= single[1] - slack)
+    low_first = low_depth > -margin
+    position = vec.select_vec(low_first, low, high)
+    depth = select(low_first, low_depth, high_depth)
+    feature = select(low_first, full(rows, 1), 2)
+    used = select(both, depth, single[1]) > -margin
+    return [
+        (used, vec.select_vec(both, position, single[0]), select(both, depth, single[1]), select(both, feature, 0)),
+        (both & low_first & (high_depth > -margin), high, high_depth, 2),
+    ]
 
 
 def write_contact(pairs: Any, contact: Any, tags: Any, normal: Any, points: Any) -> Any:
