@@ -12,6 +12,8 @@ import pytest
 
 from atlasphys.engine.narrowphase.clip import FACE_PREFERENCE, PARALLEL
 from atlasphys.engine.narrowphase.lanes.box_box import RELATIVE_PREFERENCE
+from atlasphys.engine.narrowphase.lanes.common import ASIDE
+from atlasphys.engine.shapes.capsule import Capsule
 from tests.engine.narrowphase.lane_blocks import DRIVERS, blocks_of, both_readings, lane_contact
 from tests.engine.narrowphase.poses import CASES, Pose, random_poses
 from tests.engine.narrowphase.test_depth import ANGLE, allowed_miss, as_pairs, margin_of, rounded, size_of
@@ -58,8 +60,8 @@ def check(kinds: tuple[str, str], case: str, number: int, real: npt.DTypeLike, s
     cosine = np.einsum("ij,ij->i", normal, along)
     known = (bound <= depths[:, 0]) & (depth > depths[:, 0] - off)
     near = least > (allowed if kinds == ("box", "box") else allowed - margin)
-    # A capsule may slant by so much against the edge that it lies along.
-    slant = PARALLEL if kinds == ("capsule", "box") else 0.0
+    # A capsule may slant by so much against the edge or segment that it lies along.
+    slant = np.array([_slant(pose) for pose in poses]) if kinds[0] == "capsule" else np.zeros(number)
     faults = {
         "no contact found": ~found & near,
         "a contact beyond the margin": found & (depth < -margin - off),
@@ -70,7 +72,7 @@ def check(kinds: tuple[str, str], case: str, number: int, real: npt.DTypeLike, s
         "another normal, though one is best": found & alone & known & ~(cosine > math.cos(ANGLE)),
         "a point is not between the surfaces": np.array(
             [
-                _astray(pose, contact, 2 * bias + off[k] + slant * max(0, depth[k]))
+                _astray(pose, contact, 2 * bias + off[k] + slant[k])
                 for k, (pose, contact) in enumerate(zip(poses, contacts, strict=True))
             ]
         ),
@@ -81,6 +83,12 @@ def check(kinds: tuple[str, str], case: str, number: int, real: npt.DTypeLike, s
                 f"{fault}: {int(at_fault.sum())} of {number} pairs {kinds} {case}, the first: {k}: depth {depth[k]} along "
                 f"{normal[k]}, overlap there {h[k]}, least {least[k]} along {along[k]}: {contacts[k]} {poses[k]}"
             )
+
+
+def _slant(pose: Pose) -> float:
+    """How far a point may be from where the surfaces are because two segments that are not quite parallel count so."""
+    radii = pose.a.radius + (pose.b.radius if isinstance(pose.b, Capsule) else 0.0)
+    return (PARALLEL + 0.5 * ASIDE) * radii
 
 
 def _astray(pose: Pose, contact, tolerance: float) -> bool:

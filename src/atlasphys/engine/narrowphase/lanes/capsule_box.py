@@ -14,6 +14,7 @@ import numpy as np
 
 from atlasphys.engine.narrowphase.clip import FACE_PREFERENCE, FACING, PARALLEL
 from atlasphys.engine.narrowphase.lanes.common import (
+    ASIDE,
     FIRST,
     SECOND,
     clamp,
@@ -113,33 +114,39 @@ def capsule_box(pairs, geometry, place, margin, contact, tags) -> bool:
 
     # A face stands in for the normal if it parts the two as well.
     zero = full(t, 0)
-    on_face = []
+    on_face, least = [], distance
     for k in range(3):
         level = absolute(center[k]) - absolute(along[k]) - half[k]
         on_face.append((normal[k] * sign(center[k]) > FACING) & (level >= distance - bias))
-        distance = select(on_face[k], level, distance)
+        least = select(on_face[k], level, least)
     flat = on_face[0] | on_face[1] | on_face[2]
-    normal = tuple(select(flat, select(on_face[k], sign(center[k]), zero), normal[k]) for k in range(3))
+    standing = tuple(select(flat, select(on_face[k], sign(center[k]), zero), normal[k]) for k in range(3))
 
-    # Along an edge: nearly parallel to it, and as far from it at both ends.
-    low, high, level, square = full(t, -1), full(t, 1), zero, []
-    beside = absolute(vec.dot(normal, along)) <= PARALLEL * length
-    sided = flat
+    # The part of the segment along the face, or along an edge that is nearly parallel and square to the normal.
+    low, high, tangential = full(t, -1), full(t, 1), []
+    square = ~flat & (absolute(vec.dot(normal, along)) <= PARALLEL * length) & (length > 0)
     for k in range(3):
-        parallel = ~flat & beside & (absolute(along[k]) >= (1 - 0.5 * PARALLEL * PARALLEL) * length) & (length > 0)
-        sided = sided | parallel
-        tangential = (flat & ~on_face[k]) | parallel
+        parallel = square & (absolute(along[k]) >= (1 - 0.5 * PARALLEL * PARALLEL) * length)
+        tangential.append((flat & ~on_face[k]) | parallel)
         begin, end = within(center[k], along[k], half[k] + bias)
-        low, high = select(tangential, maximum(begin, low), low), select(tangential, minimum(end, high), high)
-        square.append(select(tangential, zero, normal[k]))
-        level = level + absolute(square[k]) * half[k]
-    outward = vec.mat_mul_vec(rotation, normal)
+        low, high = select(tangential[k], maximum(begin, low), low), select(tangential[k], minimum(end, high), high)
+    both = (tangential[0] | tangential[1] | tangential[2]) & (low < high)
 
-    def point(t: Any, gap: Any) -> Any:
+    inward = vec.neg(vec.mat_mul_vec(rotation, normal))
+    inward_ends = vec.neg(vec.mat_mul_vec(rotation, standing))
+
+    def point(t: Any, gap: Any, inward: Any) -> Any:
         """Midway between the surfaces about a point of the segment."""
-        return vec.add_scaled(vec.scale(axis, t * length), outward, -0.5 * (gap + radius)), radius - gap
+        return vec.add_scaled(vec.scale(axis, t * length), inward, 0.5 * (gap + radius)), radius - gap
 
-    ends = [point(t, vec.dot(square, vec.add_scaled(center, along, t)) - level) for t in (low, high)]
-    rows = load(pairs, 0)
-    points = one_or_two_points(point(t, distance), ends, sided & (low < high), 2 * bias, margin, rows)
-    return write_contact(pairs, contact, tags, vec.neg(outward), points)
+    ends, nearest = [], full(t, float("inf"))
+    for end in (low, high):
+        core = vec.add_scaled(center, along, end)
+        out = tuple(select(tangential[k], zero, core[k] - select(standing[k] < 0, -half[k], half[k])) for k in range(3))
+        gap = vec.dot(out, standing)
+        both = both & (vec.length_squared(out) - gap * gap <= ASIDE * ASIDE * radius * radius)
+        nearest = minimum(gap, nearest)
+        ends.append(point(end, gap, inward_ends))
+    both = both & (nearest <= least + 2 * bias)
+    points = one_or_two_points(point(t, distance, inward), ends, both, margin, load(pairs, 0))
+    return write_contact(pairs, contact, tags, vec.select_vec(both, inward_ends, inward), points)

@@ -8,7 +8,15 @@ from typing import Any
 import numpy as np
 
 from atlasphys.engine.narrowphase.clip import FACE_PREFERENCE, PARALLEL
-from atlasphys.engine.narrowphase.lanes.common import FIRST, SECOND, clamp, one_or_two_points, vector, write_contact
+from atlasphys.engine.narrowphase.lanes.common import (
+    ASIDE,
+    FIRST,
+    SECOND,
+    clamp,
+    one_or_two_points,
+    vector,
+    write_contact,
+)
 from atlasphys.engine.simd import absolute, full, gather, load, maximum, minimum, select, simd_kernel, sqrt, vec
 
 CROSSING = 1e-3
@@ -66,23 +74,27 @@ def capsule_capsule(pairs, geometry, place, margin, contact, tags) -> bool:
     # What they share: from low to high along a. There, b is nearly parallel to a, so ab is nearly ±1.
     da, ab = vec.dot(d, a), vec.dot(a, b)
     low, high = maximum(da - half_b * absolute(ab), -half_a), minimum(da + half_b * absolute(ab), half_a)
-    parallel = (
+    both = (
         (sine_squared <= PARALLEL * PARALLEL)
         & (absolute(vec.dot(normal, a)) <= PARALLEL)
         & (absolute(vec.dot(normal, b)) <= PARALLEL)
         & (low < high)
     )
+    radii = radius_a + radius_b
 
     def point(s: Any, t: Any, gap: Any) -> Any:
         """Midway between the surfaces about the points of the segments."""
         middle = vec.scale(vec.add(vec.scale(a, s), vec.add_scaled(d, b, t)), 0.5)
-        return vec.add_scaled(middle, normal, 0.5 * (radius_a - radius_b)), radius_a + radius_b - gap
+        return vec.add_scaled(middle, normal, 0.5 * (radius_a - radius_b)), radii - gap
 
-    ends = []
+    ends, nearest = [], full(s, float("inf"))
     for s_end in (low, high):
         t_end = (s_end - da) / ab
-        gap = vec.dot(vec.sub(vec.add_scaled(d, b, t_end), vec.scale(a, s_end)), normal)
+        across = vec.sub(vec.add_scaled(d, b, t_end), vec.scale(a, s_end))
+        gap = vec.dot(across, normal)
+        both = both & (vec.length_squared(across) - gap * gap <= ASIDE * ASIDE * radii * radii)
+        nearest = minimum(gap, nearest)
         ends.append(point(s_end, t_end, gap))
-    slack = 2 * FACE_PREFERENCE * margin
-    points = one_or_two_points(point(s, t, distance), ends, parallel, slack, margin, load(pairs, 0))
+    both = both & (nearest <= distance + 2 * FACE_PREFERENCE * margin)
+    points = one_or_two_points(point(s, t, distance), ends, both, margin, load(pairs, 0))
     return write_contact(pairs, contact, tags, normal, points)

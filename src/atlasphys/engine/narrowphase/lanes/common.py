@@ -9,6 +9,11 @@ from atlasphys.engine.simd import absolute, any_lane, full, load, select, store,
 FIRST, SECOND = 4, 8
 """Fields of ``place`` where the sizes of the first and the second shape begin."""
 
+ASIDE = 0.1
+"""How far, as a part of the radii, a segment may pass beside what it runs along and still touch it there. Larger: long
+thin capsules that cross at a small angle seem to touch where they have long parted. Smaller: capsules that lie side by
+side rock about one point."""
+
 
 def vector(blocks: Any, first: int = 0) -> Any:
     """Three fields of a block."""
@@ -45,23 +50,21 @@ def within(start: Any, along: Any, limit: Any) -> Any:
     return -reach - center, reach - center
 
 
-def one_or_two_points(single: Any, ends: Any, side_by_side: Any, slack: Any, margin: Any, rows: Any) -> Any:
-    """The points of a segment's contact: two, with features 1 and 2, in the lanes where it runs along something, or a
-    single one, feature 0, where it does not or the deeper end is less deep than that by more than ``slack``.
+def one_or_two_points(single: Any, ends: Any, both: Any, margin: Any, rows: Any) -> Any:
+    """The points of a segment's contact: its ends, with features 1 and 2, in the lanes of the mask, a single one with
+    feature 0 in the others.
 
     Args:
         single, ends: ``position, depth``.
         rows: any integer lanes, to make more like them.
     """
     (low, low_depth), (high, high_depth) = ends
-    both = side_by_side & (select(low_depth > high_depth, low_depth, high_depth) >= single[1] - slack)
     low_first = low_depth > -margin
     position = vec.select_vec(low_first, low, high)
-    depth = select(low_first, low_depth, high_depth)
-    feature = select(low_first, full(rows, 1), 2)
-    used = select(both, depth, single[1]) > -margin
+    depth = select(both, select(low_first, low_depth, high_depth), single[1])
+    feature = select(both, select(low_first, full(rows, 1), 2), 0)
     return [
-        (used, vec.select_vec(both, position, single[0]), select(both, depth, single[1]), select(both, feature, 0)),
+        (depth > -margin, vec.select_vec(both, position, single[0]), depth, feature),
         (both & low_first & (high_depth > -margin), high, high_depth, 2),
     ]
 
