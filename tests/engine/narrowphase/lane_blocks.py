@@ -10,7 +10,11 @@ import numpy.typing as npt
 
 from atlasphys.engine.jit import kernel
 from atlasphys.engine.narrowphase.lanes.box_box import box_box
+from atlasphys.engine.narrowphase.lanes.capsule_box import capsule_box
+from atlasphys.engine.narrowphase.lanes.capsule_capsule import capsule_capsule
 from atlasphys.engine.narrowphase.lanes.plane import box_plane, capsule_plane, sphere_plane
+from atlasphys.engine.narrowphase.lanes.sphere_box import sphere_box
+from atlasphys.engine.narrowphase.lanes.sphere_capsule import sphere_capsule
 from atlasphys.engine.narrowphase.lanes.sphere_sphere import sphere_sphere
 from atlasphys.engine.shapes.shape import Shape
 from tests.engine.narrowphase.poses import Contact, Pose
@@ -22,6 +26,30 @@ from tests.engine.narrowphase.poses import Contact, Pose
 def sphere_spheres(pairs, geometry, place, margin, contact, tags, found):
     for block in range(len(pairs)):
         found[block] = sphere_sphere(pairs[block], geometry, place[block], margin, contact[block], tags[block])
+
+
+@kernel
+def sphere_capsules(pairs, geometry, place, margin, contact, tags, found):
+    for block in range(len(pairs)):
+        found[block] = sphere_capsule(pairs[block], geometry, place[block], margin, contact[block], tags[block])
+
+
+@kernel
+def sphere_boxes(pairs, geometry, place, margin, contact, tags, found):
+    for block in range(len(pairs)):
+        found[block] = sphere_box(pairs[block], geometry, place[block], margin, contact[block], tags[block])
+
+
+@kernel
+def capsule_capsules(pairs, geometry, place, margin, contact, tags, found):
+    for block in range(len(pairs)):
+        found[block] = capsule_capsule(pairs[block], geometry, place[block], margin, contact[block], tags[block])
+
+
+@kernel
+def capsule_boxes(pairs, geometry, place, margin, contact, tags, found):
+    for block in range(len(pairs)):
+        found[block] = capsule_box(pairs[block], geometry, place[block], margin, contact[block], tags[block])
 
 
 @kernel
@@ -50,6 +78,10 @@ def box_planes(pairs, geometry, place, margin, contact, tags, found):
 
 DRIVERS: dict[tuple[str, str], Callable[..., None]] = {
     ("sphere", "sphere"): sphere_spheres,
+    ("sphere", "capsule"): sphere_capsules,
+    ("sphere", "box"): sphere_boxes,
+    ("capsule", "capsule"): capsule_capsules,
+    ("capsule", "box"): capsule_boxes,
     ("box", "box"): box_boxes,
     ("sphere", "plane"): sphere_planes,
     ("capsule", "plane"): capsule_planes,
@@ -94,7 +126,9 @@ def blocks_of(poses: list[Pose], real: npt.DTypeLike, margin: float) -> Blocks:
     )
 
 
-def planes_of(shapes: list[Shape], turns: Any, normals: Any, heights: Any, real: npt.DTypeLike, margin: float) -> Blocks:
+def planes_of(
+    shapes: list[Shape], turns: Any, normals: Any, heights: Any, real: npt.DTypeLike, margin: float
+) -> Blocks:
     """The same for shapes above or in planes."""
     still, here = np.eye(3), np.zeros(3)
     blocks = blocks_of(

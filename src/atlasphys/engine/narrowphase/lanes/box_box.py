@@ -16,7 +16,16 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from atlasphys.engine.narrowphase.clip import FACE_PREFERENCE
-from atlasphys.engine.narrowphase.lanes.common import FIRST, SECOND, clamp, from_axis, sign, vector, write_contact
+from atlasphys.engine.narrowphase.lanes.common import (
+    FIRST,
+    SECOND,
+    clamp,
+    from_axis,
+    sign,
+    vector,
+    within,
+    write_contact,
+)
 from atlasphys.engine.narrowphase.lanes.reduce import Point, keep_four
 from atlasphys.engine.narrowphase.sat import PARALLEL_SQUARED
 from atlasphys.engine.simd import (
@@ -184,9 +193,7 @@ def _write_faces(
     s = [from_axis(at_0, at_1, row) for row in s]
     other = from_axis(at_0, at_1, other)
     down = -sign(s[0][0])
-    middle = [absolute(center[0]) + down * other[0] * s[0][0]] + [
-        center[k] + down * other[0] * s[k][0] for k in (1, 2)
-    ]
+    middle = [absolute(center[0]) + down * other[0] * s[0][0]] + [center[k] + down * other[0] * s[k][0] for k in (1, 2)]
     edges = [[other[j] * s[k][j] for k in range(3)] for j in (1, 2)]
     number = full(rows, 0)
     for mask, value in ((up < 0, 1), (on_b, 8), (down < 0, 16)):
@@ -194,27 +201,20 @@ def _write_faces(
     number = 16 * (number + select(is_0, full(rows, 0), select(is_1, full(rows, 2), 4)))
     number = number + select(at_0, full(rows, 0), select(at_1, full(rows, 512), 1024))
 
-    candidates = _candidates(half, middle, edges, bias)
-    deepest = _deepest_corner(half, middle, edges, -choice.face)
-    points = [
-        (used & lanes, (x, y), depth, number + k) for used, (x, y), depth, k in keep_four(candidates, deepest, margin, bias, rows)
-    ]
+    kept = keep_four(_candidates(half, middle, edges, bias), margin, bias, rows)
 
-    axes = [turned(vec.select_vec(on_b, rotation_b[3 * k : 3 * k + 3], rotation_a[3 * k : 3 * k + 3])) for k in range(3)]
+    axes = [
+        turned(vec.select_vec(on_b, rotation_b[3 * k : 3 * k + 3], rotation_a[3 * k : 3 * k + 3])) for k in range(3)
+    ]
     n, u, v = ([column[k] for column in axes] for k in range(3))
     n = vec.scale(n, up)
     zero = full(up, 0)
     origin = vec.select_vec(on_b, d, (zero, zero, zero))
-    placed = [
-        (
-            used,
-            vec.add(vec.add_scaled(vec.add_scaled(vec.scale(n, half[0] - 0.5 * depth), u, x), v, y), origin),
-            depth,
-            feature,
-        )
-        for used, (x, y), depth, feature in points
-    ]
-    write_contact(pairs, contact, tags, vec.select_vec(on_b, vec.neg(n), n), placed)
+    points = []
+    for used, x, y, depth, candidate in kept:
+        point = vec.add_scaled(vec.add_scaled(vec.scale(n, half[0] - 0.5 * depth), u, x), v, y)
+        points.append((used & lanes, vec.add(point, origin), depth, number + candidate))
+    write_contact(pairs, contact, tags, vec.select_vec(on_b, vec.neg(n), n), points)
 
 
 def _candidates(half: Any, middle: Any, edges: Any, slack: Any) -> list[Point]:
@@ -225,14 +225,11 @@ def _candidates(half: Any, middle: Any, edges: Any, slack: Any) -> list[Point]:
     points = []
     for j in range(2):
         along, across = edges[j], edges[1 - j]
-        # Not so small that a product with the reciprocal is no number.
-        x_slope, y_slope = (1 / select(absolute(e) < 1e-20, 1e-20, e) for e in along[1:])
-        x_reach, y_reach = x_limit * absolute(x_slope), y_limit * absolute(y_slope)
         for side in (-1, 1):
             x, y, z = middle[1] + side * across[1], middle[2] + side * across[2], depth - side * across[0]
-            at_x, at_y = x * x_slope, y * y_slope
-            low = maximum(maximum(-x_reach - at_x, -y_reach - at_y), -1)
-            high = minimum(minimum(x_reach - at_x, y_reach - at_y), 1)
+            low_x, high_x = within(x, along[1], x_limit)
+            low_y, high_y = within(y, along[2], y_limit)
+            low, high = maximum(maximum(low_x, low_y), -1), minimum(minimum(high_x, high_y), 1)
             # Round the parallelogram each edge gives its first end, and its last only if that is cut off.
             ends = (low, low <= high), (high, (low < high) & (high < 1))
             if (side > 0) == (j == 0):
@@ -249,14 +246,6 @@ def _candidates(half: Any, middle: Any, edges: Any, slack: Any) -> list[Point]:
         valid = (absolute(alpha) < area) & (absolute(beta) < area)
         points.append(Point(valid, x, y, depth - alpha * e_fall - beta * f_fall))
     return points
-
-
-def _deepest_corner(half: Any, middle: Any, edges: Any, depth: Any) -> Point:
-    """The incident face's lowest corner, brought into the rectangle: what is left where round-off leaves nothing of a
-    polygon between boxes that overlap."""
-    low = [-sign(edge[0]) for edge in edges]
-    x, y = (middle[k] + low[0] * edges[0][k] + low[1] * edges[1][k] for k in (1, 2))
-    return Point(depth > 0, clamp(x, half[1]), clamp(y, half[2]), depth)
 
 
 def _write_edges(frame: Frame, choice: Choice, lanes: Any, rotation_a: Any, arrays: Any) -> None:

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from atlasphys.engine.simd import any_lane, full, load, select, store
+from atlasphys.engine.simd import absolute, any_lane, full, load, select, store, vec
 
 FIRST, SECOND = 4, 8
 """Fields of ``place`` where the sizes of the first and the second shape begin."""
+
+ASIDE = 0.1
+"""How far, as a part of the radii, a segment may pass beside what it runs along and still touch it there. Larger: long
+thin capsules that cross at a small angle seem to touch where they have long parted. Smaller: capsules that lie side by
+side rock about one point."""
 
 
 def vector(blocks: Any, first: int = 0) -> Any:
@@ -34,6 +39,34 @@ def clamp(x: Any, limit: Any) -> Any:
     """x, or the nearest number to it from −limit to +limit."""
     x = select(x < limit, x, limit)
     return select(x > -limit, x, -limit)
+
+
+def within(start: Any, along: Any, limit: Any) -> Any:
+    """The least and greatest t for which ``start + t along`` lies from −limit to +limit; the first is the greater
+    where there is none."""
+    # Not so small that a product with the reciprocal is no number.
+    inverse = 1 / select(absolute(along) < 1e-20, 1e-20, along)
+    reach, center = limit * absolute(inverse), start * inverse
+    return -reach - center, reach - center
+
+
+def one_or_two_points(single: Any, ends: Any, both: Any, margin: Any, rows: Any) -> Any:
+    """The points of a segment's contact: its ends, with features 1 and 2, in the lanes of the mask, a single one with
+    feature 0 in the others.
+
+    Args:
+        single, ends: ``position, depth``.
+        rows: any integer lanes, to make more like them.
+    """
+    (low, low_depth), (high, high_depth) = ends
+    low_first = low_depth > -margin
+    position = vec.select_vec(low_first, low, high)
+    depth = select(both, select(low_first, low_depth, high_depth), single[1])
+    feature = select(both, select(low_first, full(rows, 1), 2), 0)
+    return [
+        (depth > -margin, vec.select_vec(both, position, single[0]), depth, feature),
+        (both & low_first & (high_depth > -margin), high, high_depth, 2),
+    ]
 
 
 def write_contact(pairs: Any, contact: Any, tags: Any, normal: Any, points: Any) -> Any:

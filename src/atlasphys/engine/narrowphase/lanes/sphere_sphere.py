@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from atlasphys.engine.narrowphase.lanes.common import FIRST, SECOND, vector, write_contact
-from atlasphys.engine.simd import full, load, select, simd_kernel, vec
+from atlasphys.engine.simd import full, load, simd_kernel, vec
 
 
 def round_contact(
