@@ -26,6 +26,7 @@ from atlasphys.engine.manifold.renew import renew
 from atlasphys.engine.math import vec
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
 from atlasphys.engine.simd import LANES
+from atlasphys.engine.simd.address import address_call
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
 from atlasphys.engine.state.manifolds import DEPTH, NORMAL_IMPULSE, POINT_COLUMNS
@@ -33,15 +34,18 @@ from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
     BLOCKS_ONE,
+    BROKEN,
     CHECKED,
     DETECT,
     DIVERGED,
     DONE,
     ENDED,
     FINISHED,
+    FOR_PYTHON,
     FORCES,
     GENERIC,
     KEEPS,
+    LEFT,
     NEED_BLOCKS,
     NEED_GENERIC,
     NEED_PAIRS,
@@ -52,7 +56,15 @@ from atlasphys.engine.state.work import (
     PHASE,
     RESPOND,
     TAKE_GENERIC,
+    lanes_of,
 )
+from atlasphys.engine.team import CODE, DATA, do_task, meet, member_of, share
+
+# Tasks of a team (team.py)
+LOOK, COLLIDE, ADVANCE = range(1, 4)
+
+# Least work that a thread is asked to help with: blocks of bodies, pairs, blocks of contacts.
+BODIES_EACH, PAIRS_EACH, CONTACTS_EACH = 64, 256, 32
 
 
 class Constants(NamedTuple):
@@ -139,12 +151,12 @@ def renew_lanes(number, pairs, origin, geometry, material, constants, old, new, 
 
 
 @routine
-def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work):
+def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, lanes):
     """Collide the pairs of one kind that wait, up to eight."""
-    number, lanes = work.queued[kind], work.lanes
-    work.queued[kind] = 0
+    number = lanes.queued[kind]
+    lanes.queued[kind] = 0
     for lane in range(LANES):
-        p = work.queue[kind, min(lane, number - 1)]
+        p = lanes.queue[kind, min(lane, number - 1)]
         a, b = fill_pair_lane(lane, p, work.pairs, work.origin, colliders.body, bodies.center, old.count, lanes)
         lanes.integers[SWAPPED, lane] = place_lane(
             lane, kind, work.pairs[p, 0], work.pairs[p, 1], a, b, bodies, colliders.shape, shapes, lanes
@@ -154,26 +166,26 @@ def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work):
 
 
 @routine
-def enqueue(p, bodies, colliders, shapes, constants, old, new, work):
-    """Have a pair collided: once eight of its kind wait, or later by a routine that Python calls."""
+def enqueue(p, first, bodies, colliders, shapes, constants, old, new, work, lanes):
+    """Have a pair collided: once eight of its kind wait, or later by a routine that Python calls; this thread notes these from ``generic[first]`` on."""
     kind = work.kinds[p]
     if kind == GENERIC_KIND:
-        work.generic[work.status[GENERIC]] = p
-        work.status[GENERIC] += 1
+        work.generic[first + lanes.queued[FOR_PYTHON]] = p
+        lanes.queued[FOR_PYTHON] += 1
         return
-    work.queue[kind, work.queued[kind]] = p
-    work.queued[kind] += 1
-    if work.queued[kind] == LANES:
-        collide_queue(kind, bodies, colliders, shapes, constants, old, new, work)
+    lanes.queue[kind, lanes.queued[kind]] = p
+    lanes.queued[kind] += 1
+    if lanes.queued[kind] == LANES:
+        collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, lanes)
 
 
 @routine
-def recycle_queue(bodies, colliders, shapes, constants, old, new, work):
+def recycle_queue(first, bodies, colliders, shapes, constants, old, new, work, lanes):
     """Recycle the pairs that wait for it, up to eight, or have them collided."""
-    number, lanes = work.queued[KINDS], work.lanes
-    work.queued[KINDS] = 0
+    number = lanes.queued[KINDS]
+    lanes.queued[KINDS] = 0
     for lane in range(LANES):
-        p = work.queue[KINDS, min(lane, number - 1)]
+        p = lanes.queue[KINDS, min(lane, number - 1)]
         fill_pair_lane(lane, p, work.pairs, work.origin, colliders.body, bodies.center, old.count, lanes)
     recycle(lanes.integers, lanes.delta, bodies.geometry, old, new, constants.recycling)
     recycled = 0
@@ -181,37 +193,43 @@ def recycle_queue(bodies, colliders, shapes, constants, old, new, work):
         if lanes.integers[RESULT, lane]:
             recycled |= 1 << lane
     for lane in range(number):
-        p = work.queue[KINDS, lane]
+        p = lanes.queue[KINDS, lane]
         if recycled & (1 << lane):
             j = work.origin[p]
             new.count[p], new.touching[p] = old.count[j], old.touching[j]
             for k in range(4):
                 new.feature[p, k] = old.feature[j, k]
         else:
-            enqueue(p, bodies, colliders, shapes, constants, old, new, work)
+            enqueue(p, first, bodies, colliders, shapes, constants, old, new, work, lanes)
 
 
 @routine
-def detect(bodies, colliders, shapes, constants, reach, old, new, work):
-    """Narrow phase and manifolds of all candidate pairs, except those left to ``generic``."""
-    status, pairs, origin = work.status, work.pairs, work.origin
-    count = status[PAIRS]
+def begin_detection(old, work):
+    """Find out which pairs were there in the last step, and forget the events of it."""
+    status = work.status
     status[GENERIC] = status[BEGAN] = status[ENDED] = 0
     if status[PAIRS_CHANGED]:
         status[ENDED] = find_origins(
-            pairs, count, old.a, old.b, old.count, old.touching, status[OLD_ROWS], origin, work.ended
+            work.pairs, status[PAIRS], old.a, old.b, old.count, old.touching, status[OLD_ROWS], work.origin, work.ended
         )
-    work.queued[:] = 0
+
+
+@routine
+def detect(bodies, colliders, shapes, constants, reach, old, new, work, lanes, member):
+    """Narrow phase and manifolds of a member's share of the candidate pairs, except those left to ``generic``."""
+    status, pairs, origin = work.status, work.pairs, work.origin
+    first, stop = share(0, status[PAIRS], member)
+    lanes.queued[:] = 0
     recycling = constants.recycling[0] >= 0
-    for p in range(count):
+    for p in range(first, stop):
         new.a[p], new.b[p] = pairs[p, 0], pairs[p, 1]
         new.count[p] = 0
         j = origin[p]
         if recycling and j >= 0 and old.count[j] > 0:
-            work.queue[KINDS, work.queued[KINDS]] = p
-            work.queued[KINDS] += 1
-            if work.queued[KINDS] == LANES:
-                recycle_queue(bodies, colliders, shapes, constants, old, new, work)
+            lanes.queue[KINDS, lanes.queued[KINDS]] = p
+            lanes.queued[KINDS] += 1
+            if lanes.queued[KINDS] == LANES:
+                recycle_queue(first, bodies, colliders, shapes, constants, old, new, work, lanes)
         else:
             a, b = colliders.body[pairs[p, 0]], colliders.body[pairs[p, 1]]
             delta = (
@@ -220,18 +238,30 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work):
                 bodies.center[b, 2] - bodies.center[a, 2],
             )
             if not (status[KEEPS] and apart(a, b, delta, reach)):
-                enqueue(p, bodies, colliders, shapes, constants, old, new, work)
-    if work.queued[KINDS] > 0:
-        recycle_queue(bodies, colliders, shapes, constants, old, new, work)
+                enqueue(p, first, bodies, colliders, shapes, constants, old, new, work, lanes)
+    if lanes.queued[KINDS] > 0:
+        recycle_queue(first, bodies, colliders, shapes, constants, old, new, work, lanes)
     for kind in range(KINDS):
-        if work.queued[kind] > 0:
-            collide_queue(kind, bodies, colliders, shapes, constants, old, new, work)
+        if lanes.queued[kind] > 0:
+            collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, lanes)
+
+
+@routine
+def end_detection(work, sync, size):
+    """Put the pairs left to Python, which each member has noted at the beginning of its share, one after the other."""
+    number = 0
+    for rank in range(size):
+        first, _ = share(0, work.status[PAIRS], member_of(sync, rank, size))
+        for i in range(first, first + work.lanes.queued[rank, FOR_PYTHON]):
+            work.generic[number] = work.generic[i]
+            number += 1
+    work.status[GENERIC] = number
 
 
 @routine
 def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
     """Manifolds of the pairs that the routines called by Python have collided: contact i belongs to pair ``generic[i]``."""
-    lanes, number = work.lanes, work.status[GENERIC]
+    lanes, number = lanes_of(work.lanes, 0), work.status[GENERIC]
     for start in range(0, number, LANES):
         filled = min(LANES, number - start)
         for lane in range(LANES):
@@ -255,67 +285,101 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
 
 
 @routine
-def substep_contacts(relax, motion, inverse_mass, soft, work):
+def share_of_colour(points, colour, starts, member):
+    """A member's blocks of a class and colour: the first and the one past the last. The last colour's contacts have bodies in common: they are the leader's."""
+    first, stop = starts[points, colour], starts[points, colour + 1]
+    if colour < COLOURS:
+        return share(first, stop, member)
+    return first, stop if member.rank == 0 else first
+
+
+@routine
+def meet_after(colour, starts, member):
+    """Wait for the others, if there was anything to do."""
+    if starts[0, colour + 1] > starts[0, colour] or starts[1, colour + 1] > starts[1, colour]:
+        meet(member)
+
+
+@routine
+def substep_contacts(relax, motion, inverse_mass, soft, work, member):
     """One pass over all contacts, colour by colour."""
     starts = work.starts
     for colour in range(COLOURS + 1):
-        for block in range(starts[1, colour], starts[1, colour + 1]):
+        first, stop = share_of_colour(1, colour, starts, member)
+        for block in range(first, stop):
             if relax:
                 solve(4, 0, 1, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
             else:
                 solve(4, 0, 0, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
-        for block in range(starts[0, colour], starts[0, colour + 1]):
+        first, stop = share_of_colour(0, colour, starts, member)
+        for block in range(first, stop):
             if relax:
                 solve(1, 0, 1, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
             else:
                 solve(1, 0, 0, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+        meet_after(colour, starts, member)
 
 
 @routine
-def respond(bodies, constants, new, work):
-    """The solver stage: impulses and motion in all substeps."""
+def respond(bodies, constants, new, work, member):
+    """The solver stage: impulses and motion in all substeps. A member does its share of each loop."""
     motion, geometry, inverse_mass = bodies.motion, bodies.geometry, bodies.inverse_mass
     starts, h = work.starts, constants.h
     plain, tumbling = work.plain, work.tumbling
     for rows in (plain, tumbling):
-        for block in range(len(rows)):
+        first, stop = share(0, len(rows), member)
+        for block in range(first, stop):
             drive(
                 0, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, bodies.drive,
                 constants.gravity, h,
             )  # fmt: skip
-    many, one = starts[1, COLOURS + 1], starts[0, COLOURS + 1]
-    for block in range(many):
-        prepare(4, 0, block, work.integers_many, work.blocks_many, new, inverse_mass, constants.ratio)
-    for block in range(one):
-        prepare(1, 0, block, work.integers_one, work.blocks_one, new, inverse_mass, constants.ratio)
+    for colour in range(COLOURS + 1):
+        first, stop = share_of_colour(1, colour, starts, member)
+        for block in range(first, stop):
+            prepare(4, 0, block, work.integers_many, work.blocks_many, new, inverse_mass, constants.ratio)
+        first, stop = share_of_colour(0, colour, starts, member)
+        for block in range(first, stop):
+            prepare(1, 0, block, work.integers_one, work.blocks_one, new, inverse_mass, constants.ratio)
     for _ in range(constants.substeps):
         for rows in (plain, tumbling):
-            for block in range(len(rows)):
+            first, stop = share(0, len(rows), member)
+            for block in range(first, stop):
                 gain_speed(block, rows, motion, bodies.drive)
+        meet(member)
         for colour in range(COLOURS + 1):
-            for block in range(starts[1, colour], starts[1, colour + 1]):
+            first, stop = share_of_colour(1, colour, starts, member)
+            for block in range(first, stop):
                 warm_start(4, 0, block, work.integers_many, work.blocks_many, motion, inverse_mass)
-            for block in range(starts[0, colour], starts[0, colour + 1]):
+            first, stop = share_of_colour(0, colour, starts, member)
+            for block in range(first, stop):
                 warm_start(1, 0, block, work.integers_one, work.blocks_one, motion, inverse_mass)
-        substep_contacts(False, motion, inverse_mass, constants.soft, work)
-        for block in range(len(plain)):
+            meet_after(colour, starts, member)
+        substep_contacts(False, motion, inverse_mass, constants.soft, work, member)
+        first, stop = share(0, len(plain), member)
+        for block in range(first, stop):
             move(block, plain, motion, geometry, h)
-        for block in range(len(tumbling)):
+        first, stop = share(0, len(tumbling), member)
+        for block in range(first, stop):
             tumble(block, tumbling, motion, geometry, bodies.mass, bodies.frame, inverse_mass, h)
-        substep_contacts(True, motion, inverse_mass, constants.soft, work)
-    for block in range(many):
-        store_impulses(4, block, work.integers_many, work.blocks_many, new)
-    for block in range(one):
-        store_impulses(1, block, work.integers_one, work.blocks_one, new)
+        meet(member)
+        substep_contacts(True, motion, inverse_mass, constants.soft, work, member)
+    for colour in range(COLOURS + 1):
+        first, stop = share_of_colour(1, colour, starts, member)
+        for block in range(first, stop):
+            store_impulses(4, block, work.integers_many, work.blocks_many, new)
+        first, stop = share_of_colour(0, colour, starts, member)
+        for block in range(first, stop):
+            store_impulses(1, block, work.integers_one, work.blocks_one, new)
 
 
 @routine
-def finish(bodies, remembered, work):
-    """Poses at the end of the step. Returns whether all is finite; only then is the step remembered."""
-    moved = work.lanes.moved
+def finish(bodies, remembered, work, lanes, member):
+    """Poses at the end of the step. BROKEN says whether all is finite; only then is the step remembered."""
+    moved = lanes.moved
     finite = True
     for rows in (work.plain, work.tumbling):
-        for block in range(len(rows)):
+        first, stop = share(0, len(rows), member)
+        for block in range(first, stop):
             finite = settle(block, rows, bodies.motion, bodies.geometry, bodies.frame, moved) and finite
             for lane in range(LANES):
                 i = rows[block, lane]
@@ -327,9 +391,13 @@ def finish(bodies, remembered, work):
                 for k in range(4):
                     bodies.orientation[i, k] = bodies.geometry[i, 12 + k]
     if not finite:
-        return False
+        work.status[BROKEN] = 1
+    meet(member)
+    if work.status[BROKEN]:
+        return
     for rows in (work.plain, work.tumbling):
-        for block in range(len(rows)):
+        first, stop = share(0, len(rows), member)
+        for block in range(first, stop):
             for lane in range(LANES):
                 i = rows[block, lane]
                 for k in range(3):
@@ -338,7 +406,6 @@ def finish(bodies, remembered, work):
                     remembered.orientation[i, k] = bodies.orientation[i, k]
                 for k in range(16):
                     remembered.motion[i, k] = bodies.motion[i, k]
-    return True
 
 
 @routine
@@ -362,15 +429,40 @@ def note_events(new, old, work):
             status[ENDED] += 1
 
 
+@routine
+def take_part(arguments, task, rank, size):
+    """Do a thread's share of a task."""
+    bodies, colliders, shapes, table_0, table_1, remembered, fat_rows, fat, constants, work, sync = arguments
+    status, lanes, member = work.status, lanes_of(work.lanes, rank), member_of(sync, rank, size)
+    if status[PARITY] == 0:
+        old, new = table_0, table_1
+    else:
+        old, new = table_1, table_0
+    if task == LOOK:
+        first, stop = share(0, len(fat_rows), member)
+        if has_left(
+            first, stop, fat_rows, bodies.center, bodies.geometry, fat, constants.margin, lanes.delta, work.room
+        ):
+            status[LEFT] = 1
+    elif task == COLLIDE:
+        detect(bodies, colliders, shapes, constants, fat.reach, old, new, work, lanes, member)
+    elif task == ADVANCE:
+        respond(bodies, constants, new, work, member)
+        finish(bodies, remembered, work, lanes, member)
+
+
 @kernel
 def run_steps(
-    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, fat_rows, fat, constants, work, steps
+    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, fat_rows, fat, constants, work, steps, sync
 ):  # fmt: skip
     """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
 
-    ``fat_rows`` and ``fat`` are the fat boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step builds the next ones in the other table.
+    ``fat_rows`` and ``fat`` are the fat boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step builds
+    the next ones in the other table. ``sync`` is that of the team of threads (team.py) that share the work; ``work.lanes`` has scratch for each.
     """
     status = work.status
+    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat_rows, fat, constants, work, sync)
+    sync[CODE], sync[DATA] = address_call(take_part, arguments)
     while status[DONE] < steps:
         if status[PARITY] == 0:
             old, new = table_0, table_1
@@ -378,15 +470,16 @@ def run_steps(
             old, new = table_1, table_0
         if status[PHASE] == DETECT:
             if status[KEEPS]:
-                left = has_left(
-                    fat_rows, bodies.center, bodies.geometry, fat, constants.margin, work.lanes.delta, work.room
-                )
-                if left and not status[CHECKED]:
+                status[LEFT] = 0
+                do_task(sync, LOOK, len(fat_rows) // BODIES_EACH)
+                if status[LEFT] and not status[CHECKED]:
                     return NEED_PAIRS
             elif not status[CHECKED]:
                 return NEED_PAIRS
             status[CHECKED] = 0
-            detect(bodies, colliders, shapes, constants, fat.reach, old, new, work)
+            begin_detection(old, work)
+            size = do_task(sync, COLLIDE, status[PAIRS] // PAIRS_EACH)
+            end_detection(work, sync, size)
             if status[GENERIC] > 0:
                 status[PHASE] = TAKE_GENERIC
                 return NEED_GENERIC
@@ -405,8 +498,10 @@ def run_steps(
             new.a, new.b, new.count, status[PAIRS], colliders.body, bodies.inverse_mass, work.colours, work.starts,
             work.cursor, work.integers_one, work.integers_many,
         )  # fmt: skip
-        respond(bodies, constants, new, work)
-        if not finish(bodies, remembered, work):
+        status[BROKEN] = 0
+        contact_blocks, body_blocks = status[BLOCKS_ONE] + status[BLOCKS_MANY], len(work.plain) + len(work.tumbling)
+        do_task(sync, ADVANCE, contact_blocks // CONTACTS_EACH + body_blocks // BODIES_EACH)
+        if status[BROKEN]:
             return DIVERGED
         note_events(new, old, work)
         if status[FORCES]:

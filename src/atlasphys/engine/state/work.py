@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from atlasphys.engine.jit import routine
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.state.arrays import aligned_zeros
 
@@ -24,7 +25,9 @@ FORCES = 11  # some body has a force to act in the next step
 BOUNCES = 12  # some contact of this step has restitution
 KEEPS = 13  # candidate pairs hold until a body leaves its fat box; else for one step
 CHECKED = 14  # the candidate pairs are good for the coming step
-ENTRIES = 16
+LEFT = 15  # some body has left its fat box
+BROKEN = 16  # some number of the step is not finite
+ENTRIES = 24
 
 # Values of PHASE
 DETECT, TAKE_GENERIC, RESPOND = range(3)
@@ -34,7 +37,7 @@ FINISHED, NEED_PAIRS, NEED_GENERIC, NEED_BLOCKS, DIVERGED = range(5)
 
 
 class Lanes(NamedTuple):
-    """Scratch of one block of eight pairs or bodies."""
+    """Scratch of a thread: one block of eight pairs or bodies, and pairs that wait for one."""
 
     integers: npt.NDArray[np.int32]
     """(8, 8) see manifold/recycle.py."""
@@ -54,6 +57,10 @@ class Lanes(NamedTuple):
     """(4, 8) features of last step's points."""
     moved: npt.NDArray[np.floating]
     """(8, 8) see solvers/body_block.py."""
+    queue: npt.NDArray[np.int32]
+    """(kinds + 1, 8) pairs of each kind that wait for a block to be full."""
+    queued: npt.NDArray[np.int32]
+    """(16,) how many wait; the last: pairs for the routines that Python calls."""
 
 
 class Work(NamedTuple):
@@ -68,10 +75,6 @@ class Work(NamedTuple):
     """(P,) row of the pair in last step's manifolds, or −1."""
     generic: npt.NDArray[np.int32]
     """(P,) pairs for the routines that Python calls."""
-    queue: npt.NDArray[np.int32]
-    """(kinds + 1, 8) pairs that wait for a block to be full."""
-    queued: npt.NDArray[np.int32]
-    """(kinds + 1,) how many wait."""
     began: npt.NDArray[np.int32]
     """(P, 2) pairs that began to touch in this step."""
     ended: npt.NDArray[np.int32]
@@ -97,6 +100,7 @@ class Work(NamedTuple):
     room: npt.NDArray[np.floating]
     """(blocks, 8) see broadphase/fat_boxes.py."""
     lanes: Lanes
+    """Each with an axis more, the first: a scratch for each thread."""
 
 
 def in_blocks(rows: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
@@ -107,20 +111,36 @@ def in_blocks(rows: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
     return np.ascontiguousarray(padded.reshape(-1, LANES), np.int32)
 
 
-def empty_lanes(real: npt.DTypeLike) -> Lanes:
-    """Scratch of one block."""
+QUEUES = 8  # of which KINDS + 1 of narrowphase/batch.py are used
+FOR_PYTHON = 15  # entry of ``Lanes.queued``
+
+
+def empty_lanes(threads: int, real: npt.DTypeLike) -> Lanes:
+    """Scratch for so many threads. None shares a cache line with another."""
 
     def block(fields: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
-        return aligned_zeros((fields, LANES), dtype)
+        return aligned_zeros((threads, fields, LANES), dtype)
 
     return Lanes(
         integers=block(8, np.int32),
         pairs=block(2, np.int32),
-        delta=block(3, real),
+        delta=block(4, real),
         place=block(16, real),
         contact=block(24, real),
         tags=block(8, np.int32),
         materials=block(4, real),
         features=block(4, np.int32),
         moved=block(8, real),
+        queue=block(QUEUES, np.int32),
+        queued=aligned_zeros((threads, 2 * LANES), np.int32),
     )
+
+
+@routine
+def lanes_of(lanes, thread):
+    """The scratch of a thread."""
+    return Lanes(
+        lanes.integers[thread], lanes.pairs[thread], lanes.delta[thread], lanes.place[thread], lanes.contact[thread],
+        lanes.tags[thread], lanes.materials[thread], lanes.features[thread], lanes.moved[thread], lanes.queue[thread],
+        lanes.queued[thread],
+    )  # fmt: skip
