@@ -41,7 +41,6 @@ from atlasphys.engine.state.work import (
     DONE,
     ENDED,
     FINISHED,
-    FOR_PYTHON,
     FORCES,
     GENERIC,
     KEEPS,
@@ -62,6 +61,9 @@ from atlasphys.engine.team import CODE, DATA, do_task, meet, member_of, share
 
 # Tasks of a team (team.py)
 LOOK, COLLIDE, ADVANCE = range(1, 4)
+
+CHUNK = 128
+"""Pairs that a thread collides at a stretch."""
 
 # Least work that a thread is asked to help with: blocks of bodies, pairs, blocks of contacts.
 BODIES_EACH, PAIRS_EACH, CONTACTS_EACH = 64, 256, 32
@@ -166,12 +168,12 @@ def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, la
 
 
 @routine
-def enqueue(p, first, bodies, colliders, shapes, constants, old, new, work, lanes):
-    """Have a pair collided: once eight of its kind wait, or later by a routine that Python calls; this thread notes these from ``generic[first]`` on."""
+def enqueue(p, bodies, colliders, shapes, constants, old, new, work, lanes):
+    """Have a pair collided: once eight of its kind wait, or later by a routine that Python calls."""
     kind = work.kinds[p]
     if kind == GENERIC_KIND:
-        work.generic[first + lanes.queued[FOR_PYTHON]] = p
-        lanes.queued[FOR_PYTHON] += 1
+        work.generic[p] = 1
+        work.status[GENERIC] = 1
         return
     lanes.queue[kind, lanes.queued[kind]] = p
     lanes.queued[kind] += 1
@@ -180,7 +182,7 @@ def enqueue(p, first, bodies, colliders, shapes, constants, old, new, work, lane
 
 
 @routine
-def recycle_queue(first, bodies, colliders, shapes, constants, old, new, work, lanes):
+def recycle_queue(bodies, colliders, shapes, constants, old, new, work, lanes):
     """Recycle the pairs that wait for it, up to eight, or have them collided."""
     number = lanes.queued[KINDS]
     lanes.queued[KINDS] = 0
@@ -200,7 +202,7 @@ def recycle_queue(first, bodies, colliders, shapes, constants, old, new, work, l
             for k in range(4):
                 new.feature[p, k] = old.feature[j, k]
         else:
-            enqueue(p, first, bodies, colliders, shapes, constants, old, new, work, lanes)
+            enqueue(p, bodies, colliders, shapes, constants, old, new, work, lanes)
 
 
 @routine
@@ -216,44 +218,47 @@ def begin_detection(old, work):
 
 @routine
 def detect(bodies, colliders, shapes, constants, reach, old, new, work, lanes, member):
-    """Narrow phase and manifolds of a member's share of the candidate pairs, except those left to ``generic``."""
+    """Narrow phase and manifolds of a member's share of the candidate pairs, except those left to ``generic``.
+
+    The members take chunks in turn: bodies that lie in the same place, and pairs that are as much work, are often neighbours.
+    """
     status, pairs, origin = work.status, work.pairs, work.origin
-    first, stop = share(0, status[PAIRS], member)
+    count = status[PAIRS]
     lanes.queued[:] = 0
     recycling = constants.recycling[0] >= 0
-    for p in range(first, stop):
-        new.a[p], new.b[p] = pairs[p, 0], pairs[p, 1]
-        new.count[p] = 0
-        j = origin[p]
-        if recycling and j >= 0 and old.count[j] > 0:
-            lanes.queue[KINDS, lanes.queued[KINDS]] = p
-            lanes.queued[KINDS] += 1
-            if lanes.queued[KINDS] == LANES:
-                recycle_queue(first, bodies, colliders, shapes, constants, old, new, work, lanes)
-        else:
-            a, b = colliders.body[pairs[p, 0]], colliders.body[pairs[p, 1]]
-            delta = (
-                bodies.center[b, 0] - bodies.center[a, 0],
-                bodies.center[b, 1] - bodies.center[a, 1],
-                bodies.center[b, 2] - bodies.center[a, 2],
-            )
-            if not (status[KEEPS] and apart(a, b, delta, reach)):
-                enqueue(p, first, bodies, colliders, shapes, constants, old, new, work, lanes)
+    for first in range(CHUNK * member.rank, count, CHUNK * member.size):
+        for p in range(first, min(first + CHUNK, count)):
+            new.a[p], new.b[p] = pairs[p, 0], pairs[p, 1]
+            new.count[p] = work.generic[p] = 0
+            j = origin[p]
+            if recycling and j >= 0 and old.count[j] > 0:
+                lanes.queue[KINDS, lanes.queued[KINDS]] = p
+                lanes.queued[KINDS] += 1
+                if lanes.queued[KINDS] == LANES:
+                    recycle_queue(bodies, colliders, shapes, constants, old, new, work, lanes)
+            else:
+                a, b = colliders.body[pairs[p, 0]], colliders.body[pairs[p, 1]]
+                delta = (
+                    bodies.center[b, 0] - bodies.center[a, 0],
+                    bodies.center[b, 1] - bodies.center[a, 1],
+                    bodies.center[b, 2] - bodies.center[a, 2],
+                )
+                if not (status[KEEPS] and apart(a, b, delta, reach)):
+                    enqueue(p, bodies, colliders, shapes, constants, old, new, work, lanes)
     if lanes.queued[KINDS] > 0:
-        recycle_queue(first, bodies, colliders, shapes, constants, old, new, work, lanes)
+        recycle_queue(bodies, colliders, shapes, constants, old, new, work, lanes)
     for kind in range(KINDS):
         if lanes.queued[kind] > 0:
             collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, lanes)
 
 
 @routine
-def end_detection(work, sync, size):
-    """Put the pairs left to Python, which each member has noted at the beginning of its share, one after the other."""
+def list_generic(work):
+    """Turn ``generic`` from marks at the pairs that are left to Python into a list of them."""
     number = 0
-    for rank in range(size):
-        first, _ = share(0, work.status[PAIRS], member_of(sync, rank, size))
-        for i in range(first, first + work.lanes.queued[rank, FOR_PYTHON]):
-            work.generic[number] = work.generic[i]
+    for p in range(work.status[PAIRS]):
+        if work.generic[p]:
+            work.generic[number] = p
             number += 1
     work.status[GENERIC] = number
 
@@ -478,9 +483,9 @@ def run_steps(
                 return NEED_PAIRS
             status[CHECKED] = 0
             begin_detection(old, work)
-            size = do_task(sync, COLLIDE, status[PAIRS] // PAIRS_EACH)
-            end_detection(work, sync, size)
+            do_task(sync, COLLIDE, status[PAIRS] // PAIRS_EACH)
             if status[GENERIC] > 0:
+                list_generic(work)
                 status[PHASE] = TAKE_GENERIC
                 return NEED_GENERIC
             status[PHASE] = RESPOND

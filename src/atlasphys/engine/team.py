@@ -6,7 +6,8 @@ does the share of the work that follows from its rank, they ``meet`` where one n
 all are ready. What is computed must not depend on how many they were: a share is a range of blocks or pairs, whose results do not depend on each other.
 
 Helpers are native code that waits in memory, so that neither coming nor going takes Python's lock. A waiting thread first spins, then offers
-its CPU to others, then naps, so that on a busy machine the threads that are waited for get to run.
+its CPU to others, then naps, so that on a busy machine the threads that are waited for get to run. Still, the threads of a team rarely run at the same time there.
+So when the leader has had to wait long at a meeting, it does some tasks alone, and if that happens again at the next attempt, twice as many.
 
 ``sync`` is an array of int64 on which all of this is written, each entry on cache lines of its own. Entries that two threads write, or that
 say that others may be read, are atomic.
@@ -37,7 +38,9 @@ FAILED = 9 * _LINES  # a member has raised an exception
 CLOSED = 10 * _LINES  # the team is no more
 PATIENCE = 11 * _LINES  # how long the leader waits for all helpers to come, in rounds of ``wait``; 0 but in tests
 SHARED = 12 * _LINES  # tasks since the team was made that had several members
-SYNC_LENGTH = 13 * _LINES
+ALONE = 13 * _LINES  # so many tasks the leader does alone, because a member was late
+BACKOFF = 14 * _LINES  # how many it was alone for last time
+SYNC_LENGTH = 15 * _LINES
 
 ABSENT = 1 << 32
 
@@ -45,9 +48,12 @@ _NUMBER, _KIND = 32, 16  # first bits of a task's number and kind in TASK; its s
 _MASK = 0xFFFF
 _LEAVE = 0  # kind of the last task of a call
 
-_SPINS = 2_000  # some 20–80 µs
-_YIELDS = 4_000  # some ms more, then naps
-_IDLE = 5_000  # a helper goes to sleep after some 100 ms more
+# Rounds of ``wait``
+_SPINS = 300  # some 5–20 µs
+_YIELDS = 3_000  # some ms more, then naps
+_IDLE = 4_000  # a helper goes to sleep after some 100 ms more
+
+_LONGEST_ALONE = 512  # tasks
 
 
 class Member(NamedTuple):
@@ -74,7 +80,8 @@ def share(first, stop, member):
 
 @routine
 def wait(sync, entry, value, leave_at, longest):
-    """Wait until an entry is ``value`` (``leave_at``), or is not (else). Returns whether it is; it gives up if a member has failed, or after so many rounds."""
+    """Wait until an entry is ``value`` (``leave_at``), or is not (else). Returns the rounds that took, or −1: it gives up if a member has failed, or after
+    ``longest`` rounds."""
     rounds = 0
     while (atomic_load(sync, entry) == value) != leave_at:
         if rounds < _SPINS:
@@ -85,8 +92,8 @@ def wait(sync, entry, value, leave_at, longest):
             nap()
         rounds += 1
         if rounds == longest or atomic_load(sync, FAILED) != 0:
-            return False
-    return True
+            return -1
+    return rounds
 
 
 @routine
@@ -104,8 +111,12 @@ def meet(member):
         if atomic_add(sync, MET, 1) == member.size - 1:
             atomic_store(sync, MET, 0)
             atomic_store(sync, TURN, turn + 1)
-        elif not wait(sync, TURN, turn, False, -1):
-            raise RuntimeError("another thread failed")
+        else:
+            rounds = wait(sync, TURN, turn, False, -1)
+            if rounds < 0:
+                raise RuntimeError("another thread failed")
+            if rounds > _YIELDS and member.rank == 0:
+                sync[ALONE] = 1
 
 
 @routine
@@ -116,7 +127,7 @@ def _set_task(sync, kind, size):
 
 @routine
 def do_task(sync, kind, most):
-    """The leader's: have a task of a kind > 0 done by at most so many members, by ``CODE`` with ``DATA``. Returns how many there were.
+    """The leader's: have a task of a kind > 0 done by at most so many members, by ``CODE`` with ``DATA``.
 
     Raises
     ------
@@ -125,19 +136,25 @@ def do_task(sync, kind, most):
     """
     size = 1
     if sync[THREADS] > 1 and most > 1:
-        size = min(atomic_load(sync, PRESENT) + 1, most)
-        if size > 1:
-            sync[READY] = 0
-            sync[SHARED] += 1
-            _set_task(sync, kind, size)
+        if sync[ALONE] > 0 and sync[PATIENCE] == 0:
+            sync[ALONE] -= 1
+        else:
+            size = min(atomic_load(sync, PRESENT) + 1, most)
+    if size > 1:
+        sync[READY] = sync[ALONE] = 0
+        sync[SHARED] += 1
+        _set_task(sync, kind, size)
     if call_address(sync[CODE], sync[DATA], kind, 0, size) != 0:
         atomic_store(sync, FAILED, 1)
     if size > 1:
         while atomic_load(sync, READY) != size - 1:  # also where one has failed: the others leave at the next meeting
             wait(sync, READY, size - 1, True, -1)
+        if sync[ALONE] > 0:
+            sync[ALONE] = sync[BACKOFF] = min(2 * sync[BACKOFF] + 4, _LONGEST_ALONE)
+        elif sync[BACKOFF] > 0:
+            sync[BACKOFF] -= 1
     if atomic_load(sync, FAILED) != 0:
         raise RuntimeError("a thread failed in a step's compiled code: the arrays that it was given do not fit")
-    return size
 
 
 @routine
@@ -164,7 +181,7 @@ def serve(sync):
     while atomic_load(sync, CLOSED) == 0:
         present = atomic_load(sync, PRESENT)
         if present >= ABSENT:
-            if not wait(sync, PRESENT, present, False, _IDLE):
+            if wait(sync, PRESENT, present, False, _IDLE) < 0:
                 return
         else:
             rank = atomic_add(sync, PRESENT, 1) + 1

@@ -60,7 +60,7 @@ class Lanes(NamedTuple):
     queue: npt.NDArray[np.int32]
     """(kinds + 1, 8) pairs of each kind that wait for a block to be full."""
     queued: npt.NDArray[np.int32]
-    """(16,) how many wait; the last: pairs for the routines that Python calls."""
+    """(16,) how many wait."""
 
 
 class Work(NamedTuple):
@@ -74,7 +74,7 @@ class Work(NamedTuple):
     origin: npt.NDArray[np.int32]
     """(P,) row of the pair in last step's manifolds, or −1."""
     generic: npt.NDArray[np.int32]
-    """(P,) pairs for the routines that Python calls."""
+    """(P,) pairs for the routines that Python calls; until all pairs have been looked at, marks at those pairs."""
     began: npt.NDArray[np.int32]
     """(P, 2) pairs that began to touch in this step."""
     ended: npt.NDArray[np.int32]
@@ -111,8 +111,8 @@ def in_blocks(rows: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
     return np.ascontiguousarray(padded.reshape(-1, LANES), np.int32)
 
 
-QUEUES = 8  # of which KINDS + 1 of narrowphase/batch.py are used
-FOR_PYTHON = 15  # entry of ``Lanes.queued``
+QUEUES = 8
+"""At least KINDS + 1 of narrowphase/batch.py."""
 
 
 def empty_lanes(threads: int, real: npt.DTypeLike) -> Lanes:
