@@ -66,7 +66,10 @@ CHUNK = 128
 """Pairs that a thread collides at a stretch."""
 
 # Least work that a thread is asked to help with: blocks of bodies, pairs, blocks of contacts.
-BODIES_EACH, PAIRS_EACH, CONTACTS_EACH = 64, 256, 32
+BODIES_EACH, PAIRS_EACH, CONTACTS_EACH = 64, 256, 64
+
+FEW_BLOCKS = 8
+"""Below so many blocks, a colour is done by one thread."""
 
 
 class Constants(NamedTuple):
@@ -290,19 +293,33 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
 
 
 @routine
+def size_of_colour(colour, starts):
+    """Blocks of a colour, of both classes."""
+    return starts[0, colour + 1] - starts[0, colour] + starts[1, colour + 1] - starts[1, colour]
+
+
+@routine
+def is_leaders(colour, starts):
+    """Whether all blocks of a colour are the leader's: few are not worth a meeting, and those of the last colour have bodies in common."""
+    return colour == COLOURS or size_of_colour(colour, starts) < FEW_BLOCKS
+
+
+@routine
 def share_of_colour(points, colour, starts, member):
-    """A member's blocks of a class and colour: the first and the one past the last. The last colour's contacts have bodies in common: they are the leader's."""
+    """A member's blocks of a class and colour: the first and the one past the last."""
     first, stop = starts[points, colour], starts[points, colour + 1]
-    if colour < COLOURS:
-        return share(first, stop, member)
-    return first, stop if member.rank == 0 else first
+    if is_leaders(colour, starts):
+        return first, stop if member.rank == 0 else first
+    return share(first, stop, member)
 
 
 @routine
 def meet_after(colour, starts, member):
-    """Wait for the others, if there was anything to do."""
-    if starts[0, colour + 1] > starts[0, colour] or starts[1, colour + 1] > starts[1, colour]:
-        meet(member)
+    """Wait for the others, unless there was nothing to do, or the leader did this colour and does the next."""
+    if size_of_colour(colour, starts) > 0:
+        goes_on = colour < COLOURS and size_of_colour(colour + 1, starts) > 0 and is_leaders(colour + 1, starts)
+        if not (goes_on and is_leaders(colour, starts)):
+            meet(member)
 
 
 @routine

@@ -52,7 +52,7 @@ from atlasphys.engine.state.work import (
 )
 
 from atlasphys.engine.step import DivergedError, Pipeline, Profile
-from atlasphys.engine.threads import leased_team
+from atlasphys.engine.threads import lend_team
 
 MOST_GROWTH = 4.0
 """By how much last step's impulses may be scaled up for a longer step; see solvers/sequential_impulse.py."""
@@ -230,7 +230,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     completed, began = 0, time.perf_counter()
     while True:
         start = time.perf_counter()
-        with leased_team(pipeline.threads) as team, team.call() as sync:
+        with lend_team(pipeline.threads) as sync:
             answer = run_steps(
                 state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered,
                 state.contacts, space.kept, space.tree.rows, space.tree.fat, values, space.work, wanted, sync,

@@ -1,4 +1,4 @@
-"""What threads need to work in step: integers that several of them read and write, ways of waiting.
+"""What threads need to work in step: integers that several of them read and write, ways of waiting, a clock.
 
 Compiled, each function is one instruction or one call to the operating system. Called from Python, where there is but one thread, they do
 the same to the array. All orderings are sequentially consistent: what a thread wrote before it set an entry is seen by those that see the entry.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import os
 import platform
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -22,9 +23,6 @@ types: Any = _types  # Numba's own annotations are incomplete
 
 _I32, _I64 = ir.IntType(32), ir.IntType(64)
 _ALIGNMENT = 8
-
-NAP = 50
-"""Least time [µs] that ``nap`` sleeps."""
 
 
 def compiled_as(function: Callable[..., Any]) -> Callable[[Any], Any]:
@@ -64,8 +62,13 @@ def give_way() -> None:
     """Let another thread have this CPU, if one wants it."""
 
 
-def nap() -> None:
-    """Leave the CPU alone for some ``NAP`` microseconds; on Windows for one millisecond or more."""
+def nap(microseconds: int) -> None:
+    """Leave the CPU alone for so long or, as systems do, some 60 µs longer; on Windows for one millisecond or more."""
+
+
+def now() -> int:
+    """A clock that only goes forward [ns]."""
+    return time.perf_counter_ns()
 
 
 def _pointer(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
@@ -134,37 +137,55 @@ def _pause(context: Any) -> Any:
     return types.none(), generate
 
 
-def _system_functions() -> tuple[Any, Any, int]:
-    """The operating system's functions to yield and to sleep, and the latter's argument."""
-    if os.name == "nt":
+def _system_functions() -> tuple[Any, Any, Any]:
+    """The operating system's functions to yield, to sleep and to read a clock."""
+    if _WINDOWS:
         kernel32 = ctypes.WinDLL("kernel32")  # type: ignore[attr-defined,unused-ignore]
-        return kernel32.SwitchToThread, kernel32.Sleep, 1
+        return kernel32.SwitchToThread, kernel32.Sleep, kernel32.QueryPerformanceCounter
     library = ctypes.CDLL(None)
-    return library.sched_yield, library.usleep, NAP
+    return library.sched_yield, library.usleep, library.clock_gettime
 
 
-_yield, _sleep, _sleep_argument = _system_functions()
-_YIELD_NAME, _SLEEP_NAME = "atlasphys_yield", "atlasphys_sleep"
-for _name, _function in ((_YIELD_NAME, _yield), (_SLEEP_NAME, _sleep)):
+_WINDOWS = os.name == "nt"
+_YIELD, _SLEEP, _CLOCK = "atlasphys_yield", "atlasphys_sleep", "atlasphys_clock"
+for _name, _function in zip((_YIELD, _SLEEP, _CLOCK), _system_functions(), strict=True):
     llvm.add_symbol(_name, ctypes.cast(_function, ctypes.c_void_p).value)
+
+
+def _call_system(builder: Any, name: str, *arguments: Any) -> None:
+    kind = ir.FunctionType(_I32, [argument.type for argument in arguments])
+    builder.call(cgutils.get_or_insert_function(builder.module, kind, name), arguments)
 
 
 @compiled_as(give_way)
 def _give_way(context: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        kind = ir.FunctionType(_I32, [])
-        builder.call(cgutils.get_or_insert_function(builder.module, kind, _YIELD_NAME), [])
+        _call_system(builder, _YIELD)
         return context.get_dummy_value()
 
     return types.none(), generate
 
 
 @compiled_as(nap)
-def _nap(context: Any) -> Any:
+def _nap(context: Any, microseconds: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        kind = ir.FunctionType(_I32, [_I32])
-        function = cgutils.get_or_insert_function(builder.module, kind, _SLEEP_NAME)
-        builder.call(function, [ir.Constant(_I32, _sleep_argument)])
+        _call_system(builder, _SLEEP, ir.Constant(_I32, 1) if _WINDOWS else builder.trunc(values[0], _I32))
         return context.get_dummy_value()
 
-    return types.none(), generate
+    return types.none(types.int64), generate
+
+
+@compiled_as(now)
+def _now(context: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        time_type = ir.ArrayType(_I64, 2)
+        slot = cgutils.alloca_once(builder, time_type)
+        if _WINDOWS:
+            _call_system(builder, _CLOCK, slot)
+            return builder.mul(builder.extract_value(builder.load(slot), 0), ir.Constant(_I64, 100))  # 10 MHz
+        _call_system(builder, _CLOCK, ir.Constant(_I32, time.CLOCK_MONOTONIC), slot)
+        read = builder.load(slot)
+        seconds = builder.mul(builder.extract_value(read, 0), ir.Constant(_I64, 10**9))
+        return builder.add(seconds, builder.extract_value(read, 1))
+
+    return types.int64(), generate
