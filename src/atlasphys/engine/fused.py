@@ -7,11 +7,12 @@ The stages are those of ``step.py``, in the same order; their algorithms are in 
 
 from typing import NamedTuple
 
-from atlasphys.engine.broadphase.fat_boxes import apart, has_left
+from atlasphys.engine.broadphase.fat_boxes import has_left, near
 from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.manifold.build import combine_materials_lane
 from atlasphys.engine.manifold.recycle import (
+    HAS_COPY,
     NEW_ROW,
     OLD_COUNT,
     OLD_ROW,
@@ -50,7 +51,9 @@ from atlasphys.engine.state.work import (
     PAIRS_CHANGED,
     PARITY,
     PHASE,
+    RENAME,
     RESPOND,
+    STEP,
     TAKE_GENERIC,
 )
 
@@ -113,7 +116,7 @@ def fill_pair_lane(lane, p, pairs, origin, body, center, old_count, lanes):
 
 
 @routine
-def renew_lanes(number, pairs, origin, geometry, material, constants, old, new, lanes):
+def renew_lanes(step, number, pairs, origin, geometry, material, constants, old, new, lanes):
     """Write the manifolds of the first ``number`` lanes from their contact points."""
     for lane in range(number):
         p = lanes.integers[NEW_ROW, lane]
@@ -131,6 +134,7 @@ def renew_lanes(number, pairs, origin, geometry, material, constants, old, new, 
     )  # fmt: skip
     for lane in range(number):
         p, points = lanes.integers[NEW_ROW, lane], lanes.tags[4, lane]
+        new.collided[p] = step
         new.count[p] = points
         for k in range(4):
             new.feature[p, k] = lanes.tags[k, lane] if k < points else 0
@@ -150,7 +154,7 @@ def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work):
             lane, kind, work.pairs[p, 0], work.pairs[p, 1], a, b, bodies, colliders.shape, shapes, lanes
         )
     collide_lanes(kind, bodies.geometry, constants.margin, lanes)
-    renew_lanes(number, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
+    renew_lanes(work.status[STEP], number, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
 
 
 @routine
@@ -175,6 +179,7 @@ def recycle_queue(bodies, colliders, shapes, constants, old, new, work):
     for lane in range(LANES):
         p = work.queue[KINDS, min(lane, number - 1)]
         fill_pair_lane(lane, p, work.pairs, work.origin, colliders.body, bodies.center, old.count, lanes)
+        lanes.integers[HAS_COPY, lane] = 1 if new.collided[p] == old.collided[work.origin[p]] else 0
     recycle(lanes.integers, lanes.delta, bodies.geometry, old, new, constants.recycling)
     recycled = 0
     for lane in range(number):
@@ -184,7 +189,7 @@ def recycle_queue(bodies, colliders, shapes, constants, old, new, work):
         p = work.queue[KINDS, lane]
         if recycled & (1 << lane):
             j = work.origin[p]
-            new.count[p], new.touching[p] = old.count[j], old.touching[j]
+            new.count[p], new.touching[p], new.collided[p] = old.count[j], old.touching[j], old.collided[j]
             for k in range(4):
                 new.feature[p, k] = old.feature[j, k]
         else:
@@ -203,23 +208,23 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work):
         )
     work.queued[:] = 0
     recycling = constants.recycling[0] >= 0
-    for p in range(count):
-        new.a[p], new.b[p] = pairs[p, 0], pairs[p, 1]
-        new.count[p] = 0
-        j = origin[p]
-        if recycling and j >= 0 and old.count[j] > 0:
-            work.queue[KINDS, work.queued[KINDS]] = p
-            work.queued[KINDS] += 1
-            if work.queued[KINDS] == LANES:
-                recycle_queue(bodies, colliders, shapes, constants, old, new, work)
-        else:
-            a, b = colliders.body[pairs[p, 0]], colliders.body[pairs[p, 1]]
-            delta = (
-                bodies.center[b, 0] - bodies.center[a, 0],
-                bodies.center[b, 1] - bodies.center[a, 1],
-                bodies.center[b, 2] - bodies.center[a, 2],
-            )
-            if not (status[KEEPS] and apart(a, b, delta, reach)):
+    if status[RENAME] > 0:
+        status[RENAME] -= 1
+        for p in range(count):
+            new.a[p], new.b[p], new.collided[p] = pairs[p, 0], pairs[p, 1], -1
+    new.count[:count] = 0
+    for start in range(0, count, LANES):
+        if status[KEEPS]:
+            near(start // LANES, work.pair_bodies, reach, work.near)
+        for lane in range(min(LANES, count - start)):
+            p = start + lane
+            j = origin[p]
+            if recycling and j >= 0 and old.count[j] > 0:
+                work.queue[KINDS, work.queued[KINDS]] = p
+                work.queued[KINDS] += 1
+                if work.queued[KINDS] == LANES:
+                    recycle_queue(bodies, colliders, shapes, constants, old, new, work)
+            elif work.near[0, lane]:
                 enqueue(p, bodies, colliders, shapes, constants, old, new, work)
     if work.queued[KINDS] > 0:
         recycle_queue(bodies, colliders, shapes, constants, old, new, work)
@@ -251,7 +256,18 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
                     lanes.contact[4 + 4 * k + c, lane] = contacts.anchor_a[kept[k], c]
                 lanes.contact[7 + 4 * k, lane] = contacts.depth[kept[k]]
                 lanes.tags[k, lane] = contacts.feature[kept[k]]
-        renew_lanes(filled, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
+        renew_lanes(work.status[STEP], filled, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
+
+
+@routine
+def list_live(count, rows, live):
+    """List the manifolds that have points; return how many."""
+    number = 0
+    for i in range(rows):
+        if count[i] > 0:
+            live[number] = i
+            number += 1
+    return number
 
 
 @routine
@@ -394,16 +410,17 @@ def run_steps(
         if status[PHASE] == TAKE_GENERIC:
             take_generic(bodies, colliders, constants, contacts, kept, old, new, work)
             status[PHASE] = RESPOND
+        live = list_live(new.count, status[PAIRS], work.live)
         colour_contacts(
-            new.a, new.b, new.count, status[PAIRS], colliders.body, bodies.inverse_mass, work.used, work.colours, work.sizes
+            new.a, new.b, new.count, work.live, live, colliders.body, work.moves, work.used, work.colours, work.sizes
         )
         block_ranges(work.sizes, work.starts)
         status[BLOCKS_ONE], status[BLOCKS_MANY] = work.starts[0, COLOURS + 1], work.starts[1, COLOURS + 1]
         if len(work.blocks_one) < status[BLOCKS_ONE] or len(work.blocks_many) < status[BLOCKS_MANY]:
             return NEED_BLOCKS
         fill_blocks(
-            new.a, new.b, new.count, status[PAIRS], colliders.body, bodies.inverse_mass, work.colours, work.starts,
-            work.cursor, work.integers_one, work.integers_many,
+            new.a, new.b, new.count, work.live, live, colliders.body, work.moves, work.colours, work.starts, work.cursor,
+            work.integers_one, work.integers_many,
         )  # fmt: skip
         respond(bodies, constants, new, work)
         if not finish(bodies, remembered, work):
@@ -417,6 +434,7 @@ def run_steps(
                 work.origin[p] = p
             status[PAIRS_CHANGED] = 0
         status[OLD_ROWS] = status[PAIRS]
+        status[STEP] += 1
         status[PARITY] = 1 - status[PARITY]
         status[PHASE] = DETECT
         status[DONE] += 1

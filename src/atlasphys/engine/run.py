@@ -21,7 +21,7 @@ from atlasphys.engine.simd import LANES
 from atlasphys.engine.solvers.contact_block import INTEGERS, Fields
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
-from atlasphys.engine.state.bodies import STATIC
+from atlasphys.engine.state.bodies import DYNAMIC, STATIC
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
 from atlasphys.engine.state.pose import refresh
 from atlasphys.engine.state.state import State
@@ -46,6 +46,8 @@ from atlasphys.engine.state.work import (
     PAIRS_CHANGED,
     PARITY,
     PHASE,
+    RENAME,
+    STEP,
     Work,
     empty_lanes,
     in_blocks,
@@ -122,6 +124,10 @@ def empty_work(state: State) -> Work:
         status=np.zeros(ENTRIES, np.int64),
         pairs=np.zeros((1, 2), np.int32),
         kinds=np.zeros(1, np.int8),
+        pair_bodies=np.zeros((1, 2, LANES), np.int32),
+        near=np.zeros((1, LANES), np.int32),
+        live=one.copy(),
+        moves=np.zeros(max(n, 1), np.uint8) | (state.bodies.kind[: max(n, 1)] == DYNAMIC),
         origin=one,
         generic=one.copy(),
         queue=np.zeros((KINDS + 1, LANES), np.int32),
@@ -155,6 +161,8 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
         work = work._replace(
             pairs=np.zeros((capacity, 2), np.int32),
             kinds=np.zeros(capacity, np.int8),
+            pair_bodies=np.zeros((-(-capacity // LANES), 2, LANES), np.int32),
+            live=np.zeros(capacity, np.int32),
             origin=np.zeros(capacity, np.int32),
             generic=np.zeros(capacity, np.int32),
             began=np.zeros((capacity, 2), np.int32),
@@ -162,6 +170,11 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
             colours=np.zeros(capacity, np.int8),
         )
     work.pairs[:count] = pairs
+    blocks = -(-count // LANES)
+    bodies = np.zeros((blocks * LANES, 2), np.int32)
+    bodies[:count] = state.colliders.body[pairs]
+    work.pair_bodies[:blocks] = bodies.reshape(blocks, LANES, 2).transpose(0, 2, 1)
+    status[RENAME] = 2
     kinds = state.table.arrays.layout[state.colliders.shape[pairs], KIND]
     work.kinds[:count] = KIND_OF[kinds[:, 0], kinds[:, 1]]
     if state.workspace.narrowphase == "gjk_epa":  # GJK and EPA know no planes
@@ -222,7 +235,8 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     status = space.work.status
     status[KEEPS], status[DONE], status[FORCES] = keeps, 0, state.forced
     state.forced = False
-    status[CHECKED], status[PHASE] = 0, DETECT
+    status[CHECKED], status[PHASE], status[STEP] = 0, DETECT, state.steps + 1
+    space.work.near[:] = 1
     if keeps and len(space.tree.fat.center) != state.count:
         look_for_pairs(state, pipeline.broadphase, h)
     wanted = chunk = 1

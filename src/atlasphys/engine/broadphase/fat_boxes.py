@@ -23,7 +23,7 @@ from atlasphys.engine.shapes.table import (
     VERTEX_COUNT,
     Shapes,
 )
-from atlasphys.engine.simd import LANES, absolute, any_lane, gather, load, minimum, scatter, select, simd_kernel, store
+from atlasphys.engine.simd import LANES, absolute, any_lane, full, gather, load, minimum, scatter, select, simd_kernel, store
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.bodies import STATIC
 
@@ -54,8 +54,8 @@ class FatBoxes(NamedTuple):
     half: npt.NDArray[np.floating]
     """(n, 8) 0–2 half sizes of the fat box; 3–5 from the centre of mass to the centre of the tight box, when the fat box was made [m]."""
     reach: npt.NDArray[np.floating]
-    """(n, 8) the tight box as it is now, margin included: 0–2 its centre relative to the centre of mass, 3–5 half sizes [m]. Infinite where it is not
-    worked out: planes and static bodies."""
+    """(n, 8) the tight box as it is now, margin included: 0–2 lower and 3–5 upper corner, rounded outwards [m]. Infinite where it is not worked out: planes
+    and static bodies."""
     boxes: npt.NDArray[np.float32]
     """(n + 1, 8) the fat box for the tree: lower and upper corner, rounded outwards. The last row is empty, and so are those of planes."""
 
@@ -65,7 +65,7 @@ def empty_fat_boxes(count: int, real: npt.DTypeLike) -> FatBoxes:
     boxes = aligned_zeros((count + 1, 8), np.float32)
     boxes[:, :3], boxes[:, 3:6] = np.inf, -np.inf
     reach = aligned_zeros((count, 8), real)
-    reach[:, 3:6] = np.inf
+    reach[:, :3], reach[:, 3:6] = -np.inf, np.inf
     return FatBoxes(
         aligned_zeros((count, 8), real),
         aligned_zeros((count, 3), np.float64),
@@ -101,23 +101,27 @@ def shape_bounds(
 @simd_kernel
 def room_left(block, rows, geometry, bound, half, offset, margin, room, reach) -> bool:
     """Store the tight boxes in ``reach``, and how far the tight boxes of eight bodies, ``margin`` included, are from the nearest side of their fat boxes, −1 for NaN; return
-    whether any is outside. ``offset`` has the centres of mass relative to the fat boxes' centres."""
+    whether any is outside. ``offset`` (6, 8) has the centres of mass relative to the fat boxes' centres, and as they are."""
     index = load(rows, block)
     m = gather(geometry, index, 16)
     x, y, z, h0, h1, h2, radius, _ = gather(bound, index)
     halves = gather(half, index)
     least, outside = None, None
-    shifts, extents = [], []
+    lower, upper = [], []
     for k in range(3):
         a, b, c = m[3 * k], m[3 * k + 1], m[3 * k + 2]
-        shifts.append(a * x + b * y + c * z)
-        extents.append((absolute(a) * h0 + absolute(b) * h1 + absolute(c) * h2 + (radius + margin)) * ROUND_OFF)
-        left = halves[k] - (absolute(load(offset, k) + shifts[k]) * ROUND_OFF + extents[k])
+        shift = a * x + b * y + c * z
+        extent = (absolute(a) * h0 + absolute(b) * h1 + absolute(c) * h2 + (radius + margin)) * ROUND_OFF
+        left = halves[k] - (absolute(load(offset, k) + shift) * ROUND_OFF + extent)
+        middle = load(offset, 3 + k) + shift
+        extent = extent + 2 * (ROUND_OFF - 1) * (absolute(middle) + absolute(shift))
+        lower.append(middle - extent)
+        upper.append(middle + extent)
         gone = ~(left >= 0.0)  # NaN also
         least = left if least is None else minimum(left, least)
         outside = gone if outside is None else outside | gone
     store(room, block, select(outside & ~(least < 0.0), -1.0, least))
-    scatter(reach, index, (*shifts, *extents, h0, h1))
+    scatter(reach, index, (*lower, *upper, h0, h1))
     return any_lane(outside)
 
 
@@ -129,13 +133,14 @@ def load_offsets(block, rows, center, fat_center, offset):
         row = rows[block, lane]
         for k in range(3):
             offset[k, lane] = real(center[row, k] - fat_center[row, k])
+            offset[3 + k, lane] = real(center[row, k])
 
 
 @routine
 def has_left(rows, center, geometry, fat, margin, offset, room):
     """Whether any of the bodies named in ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included. Works out ``fat.reach`` of them all.
 
-    ``center`` and ``geometry`` are the bodies' columns; ``offset`` (3, 8) and ``room`` (at least blocks, 8) are scratch of the bodies' precision.
+    ``center`` and ``geometry`` are the bodies' columns; ``offset`` (6, 8) and ``room`` (at least blocks, 8) are scratch of the bodies' precision.
     """
     left = False
     for block in range(len(rows)):
@@ -145,13 +150,15 @@ def has_left(rows, center, geometry, fat, margin, offset, room):
     return left
 
 
-@routine
-def apart(a, b, delta, reach):
-    """Whether the tight boxes of two bodies do not touch; ``delta`` leads from the centre of mass of a to that of b."""
+@simd_kernel
+def near(block, pair_bodies, reach, result):
+    """Whether the tight boxes of eight pairs of bodies touch: 1 or 0 in ``result`` (8,)."""
+    a, b = load(pair_bodies, block, 0), load(pair_bodies, block, 1)
+    box_a, box_b = gather(reach, a), gather(reach, b)
+    touch = a == a
     for k in range(3):
-        if abs(delta[k] + reach[b, k] - reach[a, k]) > reach[a, 3 + k] + reach[b, 3 + k]:
-            return True
-    return False
+        touch = touch & (box_a[k] <= box_b[3 + k]) & (box_b[k] <= box_a[3 + k])
+    store(result, 0, select(touch, full(a, 1), 0))
 
 
 @kernel

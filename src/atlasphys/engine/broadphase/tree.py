@@ -255,7 +255,7 @@ class FatTree:
         self._surface = surfaces(bodies, colliders, shapes, self.parts.planes)
         self._finder.reserve(count)
         self._changed = np.zeros(count + 1, np.uint8)
-        self._offset = np.zeros((3, LANES), self._real)
+        self._offset = np.zeros((6, LANES), self._real)
         self._room = np.zeros((max(len(self.rows), len(self._fixed_rows)), LANES), self._real)
         self._refitted = 0
 

@@ -9,7 +9,7 @@ A pair is collided afresh once e exceeds ``slip`` at any of its points, either b
 ``twist`` against each other.
 """
 
-from atlasphys.engine.simd import absolute, full, gather, load, maximum, scatter, select, simd_kernel, store, vec
+from atlasphys.engine.simd import absolute, any_lane, full, gather, load, maximum, scatter, select, simd_kernel, store, vec, when
 from atlasphys.engine.state.manifolds import (
     COLLISION_DEPTH,
     DEPTH,
@@ -24,7 +24,7 @@ from atlasphys.engine.state.manifolds import (
 )
 
 # Rows of the integers of a block of pairs: (8, 8)
-PAIR_A, PAIR_B, OLD_ROW, NEW_ROW, OLD_COUNT, SWAPPED, RESULT = range(7)
+PAIR_A, PAIR_B, OLD_ROW, NEW_ROW, OLD_COUNT, SWAPPED, RESULT, HAS_COPY = range(8)
 
 QUATERNION = 12
 """First of the columns of ``Bodies.geometry`` that hold the orientation."""
@@ -83,6 +83,11 @@ def recycle(integers, delta, geometry, old, new, limits):
     head = (*n, *head[3:IS_FRESH], full(n[0], 0), *head[IS_FRESH + 1 :])
     scatter(new.contact, target, head, where=keeps)
     scatter(new.points, target, tuple(points), where=keeps)
-    scatter(new.local, target, local, where=keeps)
-    scatter(new.reference, target, reference, where=keeps)
+    lacking = keeps & (load(integers, HAS_COPY) == 0)
+
+    def copy():
+        scatter(new.local, target, local, where=lacking)
+        scatter(new.reference, target, reference, where=lacking)
+
+    when(any_lane(lacking), copy)
     store(integers, RESULT, select(keeps, full(row, 1), 0))

@@ -23,8 +23,10 @@ BLOCKS_ONE, BLOCKS_MANY = 9, 10  # blocks that the step's contacts take
 FORCES = 11  # some body has a force to act in the next step
 BOUNCES = 12  # some contact of this step has restitution
 KEEPS = 13  # candidate pairs hold until a body leaves its fat box; else for one step
+RENAME = 15  # tables of manifolds whose rows do not yet have the names of the candidate pairs
 CHECKED = 14  # the candidate pairs are good for the coming step
-ENTRIES = 16
+STEP = 16  # number of the coming step
+ENTRIES = 24
 
 # Values of PHASE
 DETECT, TAKE_GENERIC, RESPOND = range(3)
@@ -64,6 +66,14 @@ class Work(NamedTuple):
     """(P, 2) candidate pairs, ordered."""
     kinds: npt.NDArray[np.int8]
     """(P,) which routine collides the pair."""
+    pair_bodies: npt.NDArray[np.int32]
+    """(P / 8, 2, 8) the two bodies of each pair, in blocks."""
+    near: npt.NDArray[np.int32]
+    """(1, 8) whether the pairs of a block may touch."""
+    live: npt.NDArray[np.int32]
+    """(P,) pairs that have contact points in this step."""
+    moves: npt.NDArray[np.uint8]
+    """(n,) whether impulses move the body."""
     origin: npt.NDArray[np.int32]
     """(P,) row of the pair in last step's manifolds, or −1."""
     generic: npt.NDArray[np.int32]
@@ -116,7 +126,7 @@ def empty_lanes(real: npt.DTypeLike) -> Lanes:
     return Lanes(
         integers=block(8, np.int32),
         pairs=block(2, np.int32),
-        delta=block(3, real),
+        delta=block(6, real),
         place=block(16, real),
         contact=block(24, real),
         tags=block(8, np.int32),
