@@ -136,7 +136,7 @@ def sort_along_curve(boxes, rows, center, cell, keys, other_keys, other_rows, st
     for s in range(n):
         varying |= keys[s] ^ keys[0]
     shift = 0
-    while varying >> shift:  # two digits at a time, so that the result is back in the first arrays
+    while shift < 64 and varying >> shift:  # two digits at a time, so that the result is back in the first arrays
         sort_by_digit(keys, rows, shift, starts, other_keys, other_rows)
         sort_by_digit(other_keys, other_rows, shift + 8, starts, keys, rows)
         shift += 16
@@ -204,7 +204,7 @@ def query(nodes, leaf_rows, other_nodes, other_rows, first, same, partial, chang
                 x0, x1 = min(x0, nodes[leaf, 0, k]), max(x1, nodes[leaf, 3, k])
                 y0, y1 = min(y0, nodes[leaf, 1, k]), max(y1, nodes[leaf, 4, k])
                 z0, z1 = min(z0, nodes[leaf, 2, k]), max(z1, nodes[leaf, 5, k])
-        level, block, waiting = levels - 1, np.int64(0), 0
+        level, block, waiting = np.int64(levels - 1), np.int64(0), 0
         while True:
             hits = overlapping(first[level] + block, other_nodes, x0, y0, z0, x1, y1, z1)
             while hits:

@@ -100,15 +100,14 @@ def room_left(block, rows, geometry, bound, half, offset, margin, room) -> bool:
     m = gather(geometry, index, 16)
     x, y, z, h0, h1, h2, radius, _ = gather(bound, index)
     halves = gather(half, index)
-    least, outside = None, None
+    left = []
     for k in range(3):
         a, b, c = m[3 * k], m[3 * k + 1], m[3 * k + 2]
         shift = load(offset, k) + (a * x + b * y + c * z)
         extent = absolute(a) * h0 + absolute(b) * h1 + absolute(c) * h2 + (radius + margin)
-        left = halves[k] - (absolute(shift) + extent) * ROUND_OFF
-        gone = ~(left >= 0.0)  # NaN also
-        least = left if least is None else minimum(left, least)
-        outside = gone if outside is None else outside | gone
+        left.append(halves[k] - (absolute(shift) + extent) * ROUND_OFF)
+    least = minimum(minimum(left[0], left[1]), left[2])
+    outside = ~((left[0] >= 0.0) & (left[1] >= 0.0) & (left[2] >= 0.0))  # NaN also
     store(room, block, select(outside & ~(least < 0.0), -1.0, least))
     return any_lane(outside)
 
