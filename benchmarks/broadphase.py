@@ -54,12 +54,12 @@ def boxes(count: int, spacing: float, jitter: float = 0.05) -> tuple[Any, ...]:
     return bodies, colliders, table.arrays, count
 
 
-def least(work: Callable[[], object], repeats: int = REPEATS) -> float:
-    """Milliseconds."""
+def least(repeats: int, work: Callable[..., object], *arguments: Any) -> float:
+    """Milliseconds of the fastest of several calls."""
     took = []
     for _ in range(repeats):
         start = time.perf_counter()
-        work()
+        work(*arguments)
         took.append(time.perf_counter() - start)
     return 1e3 * min(took)
 
@@ -74,11 +74,11 @@ def piles() -> Iterator[dict[str, object]]:
                 continue  # seconds
             BROADPHASES[name](*tables, pairs)
             found = BROADPHASES[name](*tables, pairs)[1]
-            ms = least(lambda name=name: BROADPHASES[name](*tables, pairs))
+            ms = least(REPEATS, BROADPHASES[name], *tables, pairs)
             yield {"scene": "pile", "bodies": count, "work": f"{name}: find_pairs", "ms": ms, "pairs": found}
         tree = FatTree("f", FATTENING)
         tree.update(*tables, H, MARGIN)
-        ms = least(lambda: tree._find_all(static=False))
+        ms = least(REPEATS, tree._find_all, False)
         yield {
             "scene": "pile",
             "bodies": count,
@@ -89,10 +89,10 @@ def piles() -> Iterator[dict[str, object]]:
         offset, room = np.zeros((3, 8), "f"), np.zeros((len(tree.rows), 8), "f")
         arguments = tree.rows, tables[0].center, tables[0].geometry, tree.fat, MARGIN, offset, room
         assert not any_left(*arguments)
-        ms = least(lambda: any_left(*arguments), 50)
+        ms = least(50, any_left, *arguments)
         yield {"scene": "pile", "bodies": count, "work": "fat tree: has_left", "ms": ms, "pairs": len(tree.pairs)}
         tree._changed[count // 2] = 1
-        ms = least(tree._find_changed)
+        ms = least(REPEATS, tree._find_changed)
         yield {"scene": "pile", "bodies": count, "work": "fat tree: one new box", "ms": ms, "pairs": len(tree.pairs)}
 
 

@@ -48,7 +48,8 @@ class FatBoxes(NamedTuple):
     """The boxes of colliders, a row for each. A collider's row is its body's."""
 
     bound: npt.NDArray[np.floating]
-    """(n, 8) the shape's box about the centre of mass, in the body's axes: 0–2 centre, 3–5 half sizes, 6 radius added all round, 7 bounding radius [m]."""
+    """(n, 8) the shape's box in the body's axes: 0–2 its centre relative to the centre of mass, 3–5 half sizes, 6 radius added all round,
+    7 bounding radius about the centre of mass [m]."""
     center: npt.NDArray[np.float64]
     """(n, 3) centre of the fat box [m]."""
     half: npt.NDArray[np.floating]

@@ -82,11 +82,11 @@ def pairs_with_planes(boxes, rows, partial, changed, planes, surface, filters, f
                 n = surface[p, k]
                 corner = boxes[i, k] if n > 0 else boxes[i, 3 + k]
                 height += n * (corner - surface[p, 3 + k]) if n != 0 else 0.0
-            if height <= surface[p, 6] and filters[i, 1] != 0:
-                if (filters[i, 3] & filters[plane, 2]) != 0 and (filters[plane, 3] & filters[i, 2]) != 0:
-                    if found < len(pairs):
-                        pairs[found, 0], pairs[found, 1] = min(i, plane), max(i, plane)
-                    found += 1
+            admitted = (filters[i, 3] & filters[plane, 2]) != 0 and (filters[plane, 3] & filters[i, 2]) != 0
+            if height <= surface[p, 6] and admitted and filters[i, 1] != 0:
+                if found < len(pairs):
+                    pairs[found, 0], pairs[found, 1] = min(i, plane), max(i, plane)
+                found += 1
     return found
 
 
@@ -180,8 +180,8 @@ class FatTree:
         fattening: room that a fat box leaves all round its body [m]; more than 0.
 
     Attributes:
-        pairs: (p, 2) int32, the candidate pairs, lower row first, in order; a view, good until the next update. Every pair of bodies whose bounds overlap is among them, as
-            long as no body has left its fat box.
+        pairs: (p, 2) int32, the candidate pairs, lower row first, in order; a view, good until the next update. Every pair of bodies whose
+            bounds overlap is among them, as long as no body has left its fat box.
         rows: (blocks, 8) int32, the rows of the moving bodies, eight a block, filled up with the last; for ``has_left``.
         fat: the boxes; for ``has_left``.
     """
