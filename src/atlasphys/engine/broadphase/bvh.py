@@ -172,7 +172,8 @@ def query(nodes, leaf_rows, other_nodes, other_rows, first, same, partial, chang
         if partial:
             active = 0
             for k in range(LANES):
-                active |= (changed[leaf_rows[leaf, k]] & 1) << k
+                if changed[leaf_rows[leaf, k]]:
+                    active |= 1 << k
             if active == 0:
                 continue
         x0 = y0 = z0 = np.float32(np.inf)
