@@ -190,7 +190,7 @@ def fatten(rows, changed, kind, center, geometry, motion, h, margin, fattening, 
             for j in range(3):
                 shift += np.float64(geometry[i, 3 * k + j]) * bound[i, j]
                 extent += abs(np.float64(geometry[i, 3 * k + j])) * bound[i, 3 + j]
-            move = min(max(motion[i, k] * ahead, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
+            move = min(max(np.float64(motion[i, k]) * ahead, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
             room = max(fattening, ROOM_OF_LARGE * extent) + SPEED_SHARE * abs(move)
             room += min(turn * reach, reach + abs(shift) - extent)
             middle = center[i, k] + shift + 0.5 * move
