@@ -251,6 +251,17 @@ def test_thin_capsules_that_cross_at_a_small_angle_touch_where_they_cross(real) 
 
 
 @pytest.mark.parametrize("real", REALS)
+def test_a_thin_capsule_that_crosses_an_edge_at_a_small_angle_touches_where_it_crosses(real) -> None:
+    edge_up = rotation((1, np.sqrt(2) - 1, 0, 0)) @ rotation((1, 0, 0, 1))  # the box's y and z axes are at 45°
+    pose = Pose(Capsule(0.001, 2.0), CUBE, np.zeros(3), np.array([0.0, -0.0009 - np.sqrt(0.5), 0.0]), STILL, STILL)
+    rod = rotation((1, 0, 0.01, 0)) @ rotation((1, 0, 0, 1))  # along x, turned by 0.02 about y
+    found = one(pose._replace(rotation_a=rod, rotation_b=edge_up), real, 1e-4)
+    assert found.normal == pytest.approx([0, -1, 0], abs=1e-4)
+    assert found.points == pytest.approx(np.array([[0, -0.00095, 0]]), abs=1e-4)
+    assert found.depth == pytest.approx([1e-4], abs=2e-6)
+
+
+@pytest.mark.parametrize("real", REALS)
 def test_a_capsule_on_one_line_with_another_parts_sideways(real) -> None:
     a, b = Capsule(0.32430662, 1.4470218), Capsule(0.27694546, 1.0250993)
     found = one(placed(a, b, (0.0, 0.75, 0.0), rotation((0, 1, 0, 0))), real)
