@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from atlasphys.engine.broadphase.fat_boxes import has_left, near
 from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
+from atlasphys.engine.islands.sleep import list_active, list_awake, note_rest, put_to_sleep, wake_touched
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.manifold.build import combine_materials_lane
 from atlasphys.engine.manifold.recycle import (
@@ -43,6 +44,8 @@ from atlasphys.engine.state.work import (
     FORCES,
     GENERIC,
     KEEPS,
+    KINEMATIC_BODIES,
+    LIVE,
     NEED_BLOCKS,
     NEED_GENERIC,
     NEED_PAIRS,
@@ -51,10 +54,16 @@ from atlasphys.engine.state.work import (
     PAIRS_CHANGED,
     PARITY,
     PHASE,
+    PLAIN,
     RENAME,
     RESPOND,
+    SLEEPERS_CHANGED,
+    SLEEPS,
+    SLEPT,
     STEP,
     TAKE_GENERIC,
+    TUMBLING,
+    WOKEN,
 )
 
 
@@ -64,6 +73,8 @@ class Constants(NamedTuple):
     h: float
     """Length of a substep [s]."""
     substeps: int
+    slow: float
+    """Speed below which a body counts as at rest [m/s]."""
     gravity: tuple[float, float, float]
     ratio: float
     """Factor on last step's impulses."""
@@ -197,6 +208,37 @@ def recycle_queue(bodies, colliders, shapes, constants, old, new, work):
 
 
 @routine
+def list_bodies(bodies, count, work):
+    """List the bodies that are to be moved, and those that may disturb others."""
+    status = work.status
+    list_active(bodies.kind, bodies.island, bodies.motion, count, work.active)
+    status[PLAIN], status[TUMBLING] = list_awake(
+        bodies.kind, bodies.island, bodies.frame, count, work.plain, work.tumbling
+    )
+
+
+@routine
+def keep_asleep(p, j, old, new, copied):
+    """The manifold of two bodies that neither move nor are disturbed stays as it is."""
+    if copied[p] >= 2:
+        return
+    copied[p] += 1
+    new.count[p] = old.count[j] if j >= 0 else 0
+    if new.count[p] > 0:
+        new.touching[p], new.collided[p] = old.touching[j], old.collided[j]
+        for k in range(4):
+            new.feature[p, k] = old.feature[j, k]
+        for k in range(16):
+            new.contact[p, k], new.reference[p, k] = old.contact[j, k], old.reference[j, k]
+        for k in range(32):
+            new.points[p, k], new.local[p, k] = old.points[j, k], old.local[j, k]
+        for k in range(8):
+            new.total[p, k] = old.total[j, k]
+        for k in range(12):
+            new.friction_impulse[p, k] = old.friction_impulse[j, k]
+
+
+@routine
 def detect(bodies, colliders, shapes, constants, reach, old, new, work):
     """Narrow phase and manifolds of all candidate pairs, except those left to ``generic``."""
     status, pairs, origin = work.status, work.pairs, work.origin
@@ -212,19 +254,24 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work):
         status[RENAME] -= 1
         for p in range(count):
             new.a[p], new.b[p], new.collided[p] = pairs[p, 0], pairs[p, 1], -1
-    new.count[:count] = 0
     for start in range(0, count, LANES):
-        if status[KEEPS]:
-            near(start // LANES, work.pair_bodies, reach, work.near)
+        block = start // LANES
+        touching = near(block, work.pair_bodies, reach) if status[KEEPS] else -1
         for lane in range(min(LANES, count - start)):
             p = start + lane
             j = origin[p]
+            a, b = work.pair_bodies[block, 0, lane], work.pair_bodies[block, 1, lane]
+            if not (work.active[a] or work.active[b]):
+                keep_asleep(p, j, old, new, work.copied)
+                continue
+            work.copied[p] = 0
+            new.count[p] = 0
             if recycling and j >= 0 and old.count[j] > 0:
                 work.queue[KINDS, work.queued[KINDS]] = p
                 work.queued[KINDS] += 1
                 if work.queued[KINDS] == LANES:
                     recycle_queue(bodies, colliders, shapes, constants, old, new, work)
-            elif work.near[0, lane]:
+            elif touching & (1 << lane):
                 enqueue(p, bodies, colliders, shapes, constants, old, new, work)
     if work.queued[KINDS] > 0:
         recycle_queue(bodies, colliders, shapes, constants, old, new, work)
@@ -260,13 +307,15 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
 
 
 @routine
-def list_live(count, rows, live):
-    """List the manifolds that have points; return how many."""
+def list_live(count, rows, pair_bodies, active, live):
+    """List the manifolds that have points and an active body; return how many."""
     number = 0
     for i in range(rows):
         if count[i] > 0:
-            live[number] = i
-            number += 1
+            block, lane = i // LANES, i % LANES
+            if active[pair_bodies[block, 0, lane]] or active[pair_bodies[block, 1, lane]]:
+                live[number] = i
+                number += 1
     return number
 
 
@@ -291,10 +340,10 @@ def substep_contacts(relax, motion, inverse_mass, soft, work):
 def respond(bodies, constants, new, work):
     """The solver stage: impulses and motion in all substeps."""
     motion, geometry, inverse_mass = bodies.motion, bodies.geometry, bodies.inverse_mass
-    starts, h = work.starts, constants.h
+    status, starts, h = work.status, work.starts, constants.h
     plain, tumbling = work.plain, work.tumbling
-    for rows in (plain, tumbling):
-        for block in range(len(rows)):
+    for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
+        for block in range(blocks):
             drive(
                 0, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, bodies.drive,
                 constants.gravity, h,
@@ -305,8 +354,8 @@ def respond(bodies, constants, new, work):
     for block in range(one):
         prepare(1, 0, block, work.integers_one, work.blocks_one, new, inverse_mass, constants.ratio)
     for _ in range(constants.substeps):
-        for rows in (plain, tumbling):
-            for block in range(len(rows)):
+        for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
+            for block in range(blocks):
                 gain_speed(block, rows, motion, bodies.drive)
         for colour in range(COLOURS + 1):
             for block in range(starts[1, colour], starts[1, colour + 1]):
@@ -314,9 +363,9 @@ def respond(bodies, constants, new, work):
             for block in range(starts[0, colour], starts[0, colour + 1]):
                 warm_start(1, 0, block, work.integers_one, work.blocks_one, motion, inverse_mass)
         substep_contacts(False, motion, inverse_mass, constants.soft, work)
-        for block in range(len(plain)):
+        for block in range(status[PLAIN]):
             move(block, plain, motion, geometry, h)
-        for block in range(len(tumbling)):
+        for block in range(status[TUMBLING]):
             tumble(block, tumbling, motion, geometry, bodies.mass, bodies.frame, inverse_mass, h)
         substep_contacts(True, motion, inverse_mass, constants.soft, work)
     for block in range(many):
@@ -326,12 +375,13 @@ def respond(bodies, constants, new, work):
 
 
 @routine
-def finish(bodies, remembered, work):
-    """Poses at the end of the step. Returns whether all is finite; only then is the step remembered."""
+def finish(bodies, colliders, count, constants, new, remembered, work):
+    """Poses at the end of the step, and sleep. Returns whether all is finite; only then is the step remembered."""
+    status = work.status
     moved = work.lanes.moved
     finite = True
-    for rows in (work.plain, work.tumbling):
-        for block in range(len(rows)):
+    for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
+        for block in range(blocks):
             finite = settle(block, rows, bodies.motion, bodies.geometry, bodies.frame, moved) and finite
             for lane in range(LANES):
                 i = rows[block, lane]
@@ -344,8 +394,20 @@ def finish(bodies, remembered, work):
                     bodies.orientation[i, k] = bodies.geometry[i, 12 + k]
     if not finite:
         return False
-    for rows in (work.plain, work.tumbling):
-        for block in range(len(rows)):
+    if status[SLEEPS]:
+        for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
+            note_rest(
+                rows, blocks, bodies.kind, bodies.motion, bodies.response, work.radius, constants.slow,
+                constants.h * constants.substeps, bodies.rest,
+            )  # fmt: skip
+        status[SLEPT] = put_to_sleep(
+            new.a, new.b, work.live, status[LIVE], colliders.body, bodies.kind, bodies.island, bodies.rest, bodies.motion,
+            work.active, count, work.parent, work.ready,
+        )  # fmt: skip
+        if status[SLEPT]:
+            status[SLEEPERS_CHANGED] = 1
+    for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
+        for block in range(blocks):
             for lane in range(LANES):
                 i = rows[block, lane]
                 for k in range(3):
@@ -380,11 +442,11 @@ def note_events(new, old, work):
 
 @kernel
 def run_steps(
-    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, fat_rows, fat, constants, work, steps
+    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, count, fat, constants, work, steps
 ):  # fmt: skip
     """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
 
-    ``fat_rows`` and ``fat`` are the fat boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step builds the next ones in the other table.
+    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step builds the next ones in the other table.
     """
     status = work.status
     while status[DONE] < steps:
@@ -393,10 +455,23 @@ def run_steps(
         else:
             old, new = table_1, table_0
         if status[PHASE] == DETECT:
+            if status[SLEEPERS_CHANGED]:
+                list_bodies(bodies, count, work)
+                status[SLEEPERS_CHANGED] = 0
+            elif status[KINEMATIC_BODIES]:
+                list_active(bodies.kind, bodies.island, bodies.motion, count, work.active)
+            if status[SLEEPS]:
+                for i in range(count):
+                    work.before[i] = work.active[i]
+            status[SLEPT] = status[WOKEN] = 0
             if status[KEEPS]:
                 left = has_left(
-                    fat_rows, bodies.center, bodies.geometry, fat, constants.margin, work.lanes.delta, work.room
+                    work.plain, status[PLAIN], bodies.center, bodies.geometry, fat, constants.margin, work.lanes.delta, work.room
                 )
+                left |= has_left(
+                    work.tumbling, status[TUMBLING], bodies.center, bodies.geometry, fat, constants.margin,
+                    work.lanes.delta, work.room,
+                )  # fmt: skip
                 if left and not status[CHECKED]:
                     return NEED_PAIRS
             elif not status[CHECKED]:
@@ -410,7 +485,16 @@ def run_steps(
         if status[PHASE] == TAKE_GENERIC:
             take_generic(bodies, colliders, constants, contacts, kept, old, new, work)
             status[PHASE] = RESPOND
-        live = list_live(new.count, status[PAIRS], work.live)
+        live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
+        if status[SLEEPS]:
+            status[WOKEN] += wake_touched(
+                new.a, new.b, work.live, live, colliders.body, bodies.kind, bodies.island, bodies.rest, work.active, count,
+                work.ready,
+            )  # fmt: skip
+            if status[WOKEN]:
+                list_bodies(bodies, count, work)
+                live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
+        status[LIVE] = live
         colour_contacts(
             new.a, new.b, new.count, work.live, live, colliders.body, work.moves, work.used, work.colours, work.sizes
         )
@@ -423,7 +507,7 @@ def run_steps(
             work.integers_one, work.integers_many,
         )  # fmt: skip
         respond(bodies, constants, new, work)
-        if not finish(bodies, remembered, work):
+        if not finish(bodies, colliders, count, constants, new, remembered, work):
             return DIVERGED
         note_events(new, old, work)
         if status[FORCES]:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.broadphase.tree import FatTree
+from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused import Constants, run_steps
 from atlasphys.engine.islands.colour import COLOURS
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
@@ -21,7 +22,7 @@ from atlasphys.engine.simd import LANES
 from atlasphys.engine.solvers.contact_block import INTEGERS, Fields
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
-from atlasphys.engine.state.bodies import DYNAMIC, STATIC
+from atlasphys.engine.state.bodies import DYNAMIC, KINEMATIC, STATIC
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
 from atlasphys.engine.state.pose import refresh
 from atlasphys.engine.state.state import State
@@ -47,7 +48,12 @@ from atlasphys.engine.state.work import (
     PARITY,
     PHASE,
     RENAME,
+    SLEEPERS_CHANGED,
+    SLEEPS,
+    SLEPT,
     STEP,
+    WOKEN,
+    KINEMATIC_BODIES,
     Work,
     empty_lanes,
     in_blocks,
@@ -86,6 +92,7 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
     return Constants(
         h=real(sub),
         substeps=settings.substeps,
+        slow=real(SLEEP_SPEED * unit),
         gravity=tuple(real(g) for g in environment.gravity),  # type: ignore[arg-type]
         ratio=real(ratio),
         soft=tuple(real(x) for x in soft),  # type: ignore[arg-type]
@@ -100,6 +107,9 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
 FATTENING = 0.1
 """Room that a fat box leaves all round its body [m], for a length unit of 1 m. Smaller: pairs are looked for more often. Larger: more pairs are
 looked at that do not touch."""
+
+
+EMPTY: npt.NDArray[np.intp] = np.empty(0, np.intp)
 
 
 class Workspace:
@@ -125,8 +135,13 @@ def empty_work(state: State) -> Work:
         pairs=np.zeros((1, 2), np.int32),
         kinds=np.zeros(1, np.int8),
         pair_bodies=np.zeros((1, 2, LANES), np.int32),
-        near=np.zeros((1, LANES), np.int32),
+        copied=np.zeros(1, np.uint8),
         live=one.copy(),
+        active=np.zeros(max(n, 1), np.uint8),
+        before=np.zeros(max(n, 1), np.uint8),
+        radius=np.zeros(max(n, 1), real),
+        parent=np.zeros(max(n, 1), np.int32),
+        ready=np.zeros(max(n, 1), np.uint8),
         moves=np.zeros(max(n, 1), np.uint8) | (state.bodies.kind[: max(n, 1)] == DYNAMIC),
         origin=one,
         generic=one.copy(),
@@ -143,9 +158,9 @@ def empty_work(state: State) -> Work:
         blocks_one=aligned_zeros((1, Fields(1).number, LANES), real),
         integers_many=aligned_zeros((1, INTEGERS, LANES), np.int32),
         blocks_many=aligned_zeros((1, Fields(4).number, LANES), real),
-        plain=in_blocks(moving[~tumbles]),
-        tumbling=in_blocks(moving[tumbles]),
-        room=np.zeros((1, LANES), real),
+        plain=np.zeros((-(-int((~tumbles).sum()) // LANES), LANES), np.int32),
+        tumbling=np.zeros((-(-int(tumbles.sum()) // LANES), LANES), np.int32),
+        room=np.zeros((max(-(-len(moving) // LANES), 1), LANES), real),
         lanes=empty_lanes(real),
     )
 
@@ -163,6 +178,7 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
             kinds=np.zeros(capacity, np.int8),
             pair_bodies=np.zeros((-(-capacity // LANES), 2, LANES), np.int32),
             live=np.zeros(capacity, np.int32),
+            copied=np.zeros(capacity, np.uint8),
             origin=np.zeros(capacity, np.int32),
             generic=np.zeros(capacity, np.int32),
             began=np.zeros((capacity, 2), np.int32),
@@ -175,6 +191,7 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
     bodies[:count] = state.colliders.body[pairs]
     work.pair_bodies[:blocks] = bodies.reshape(blocks, LANES, 2).transpose(0, 2, 1)
     status[RENAME] = 2
+    work.copied[:count] = 0
     kinds = state.table.arrays.layout[state.colliders.shape[pairs], KIND]
     work.kinds[:count] = KIND_OF[kinds[:, 0], kinds[:, 1]]
     if state.workspace.narrowphase == "gjk_epa":  # GJK and EPA know no planes
@@ -192,8 +209,7 @@ def look_for_pairs(state: State, broadphase: str, h: float) -> None:
     if broadphase == "tree":
         if space.tree.update(state.bodies, state.colliders, shapes, state.count, h, margin):
             renew_pairs(state, space.tree.pairs)
-            if len(space.work.room) < len(space.tree.rows):
-                space.work = space.work._replace(room=np.zeros((len(space.tree.rows), LANES), state.real))
+            space.work.radius[: state.count] = space.tree.fat.bound[: state.count, 7]
     else:
         update_bounds(state.bodies, state.colliders, shapes, state.count, margin)
         state.pairs, count = BROADPHASES[broadphase](state.bodies, state.colliders, shapes, state.count, state.pairs)
@@ -224,7 +240,8 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     values = constants(state, settings, h)
     shapes, margin, keeps = state.table.arrays, state.tolerances.margin, pipeline.broadphase == "tree"
     profile = Profile()
-    if state.stale:
+    written = state.stale
+    if written:
         refresh(state.bodies, 0, state.count)
         state.stale = False
     if state.workspace is not None and state.workspace.narrowphase != pipeline.narrowphase:
@@ -236,8 +253,9 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     status[KEEPS], status[DONE], status[FORCES] = keeps, 0, state.forced
     state.forced = False
     status[CHECKED], status[PHASE], status[STEP] = 0, DETECT, state.steps + 1
-    space.work.near[:] = 1
-    if keeps and len(space.tree.fat.center) != state.count:
+    status[SLEEPS], status[SLEEPERS_CHANGED] = pipeline.sleeping, 1
+    status[KINEMATIC_BODIES] = (state.bodies.kind[: state.count] == KINEMATIC).any()
+    if keeps and (written or len(space.tree.fat.center) != state.count):
         look_for_pairs(state, pipeline.broadphase, h)
     wanted = chunk = 1
     completed, began = 0, time.perf_counter()
@@ -245,7 +263,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
         start = time.perf_counter()
         answer = run_steps(
             state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered, state.contacts,
-            space.kept, space.tree.rows, space.tree.fat, values, space.work, wanted,
+            space.kept, state.count, space.tree.fat, values, space.work, wanted,
         )  # fmt: skip
         status = space.work.status
         if status[PARITY]:
@@ -283,4 +301,8 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     profile["solver"] = (time.perf_counter() - began) / max(steps, 1)
     state.began = space.work.began[: status[BEGAN]].copy()
     state.ended = space.work.ended[: status[ENDED]].copy()
+    moved = state.bodies.kind[: state.count] == DYNAMIC
+    before, now = space.work.before[: state.count], space.work.active[: state.count]
+    state.slept = np.flatnonzero(moved & (before > now)) if status[SLEPT] else EMPTY
+    state.woke = np.flatnonzero(moved & (before < now)) if status[WOKEN] else EMPTY
     return profile

@@ -36,13 +36,13 @@ def list_active(kind, island, motion, count, active):
 
 
 @routine
-def list_awake(kind, island, tumbles, count, plain, tumbling, number):
-    """List the bodies to be moved, in blocks of eight filled up with the last; ``number`` receives the blocks of either list."""
+def list_awake(kind, island, frame, count, plain, tumbling):
+    """List the bodies to be moved, in blocks of eight filled up with the last. Returns the number of blocks of either list."""
     lanes = plain.shape[1]
     filled_plain = filled_tumbling = 0
     for i in range(count):
         if kind[i] == KINEMATIC or (kind[i] == DYNAMIC and island[i] == AWAKE):
-            if tumbles[i, 3] > 0:
+            if frame[i, 3] > 0:
                 tumbling[filled_tumbling // lanes, filled_tumbling % lanes] = i
                 filled_tumbling += 1
             else:
@@ -50,7 +50,7 @@ def list_awake(kind, island, tumbles, count, plain, tumbling, number):
                 filled_plain += 1
     fill_up(plain, filled_plain)
     fill_up(tumbling, filled_tumbling)
-    number[0], number[1] = (filled_plain + lanes - 1) // lanes, (filled_tumbling + lanes - 1) // lanes
+    return (filled_plain + lanes - 1) // lanes, (filled_tumbling + lanes - 1) // lanes
 
 
 @routine
