@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from atlasphys.engine.broadphase import BROADPHASES
+from atlasphys.engine.broadphase.fat_boxes import BOUNDING_RADIUS, shape_bounds
 from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused import Constants, run_steps
@@ -118,6 +119,9 @@ class Workspace:
     def __init__(self, state: State, narrowphase: str) -> None:
         self.narrowphase = narrowphase
         self.work = empty_work(state)
+        n = state.count
+        bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
+        self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]
         self.work.status[OLD_ROWS] = state.manifold_count
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
         self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
@@ -209,7 +213,6 @@ def look_for_pairs(state: State, broadphase: str, h: float) -> None:
     if broadphase == "tree":
         if space.tree.update(state.bodies, state.colliders, shapes, state.count, h, margin):
             renew_pairs(state, space.tree.pairs)
-            space.work.radius[: state.count] = space.tree.fat.bound[: state.count, 7]
     else:
         update_bounds(state.bodies, state.colliders, shapes, state.count, margin)
         state.pairs, count = BROADPHASES[broadphase](state.bodies, state.colliders, shapes, state.count, state.pairs)

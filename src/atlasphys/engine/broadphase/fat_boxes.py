@@ -43,6 +43,9 @@ ROUND_OFF = 1 + 2.0**-20
 ROOM_OF_LARGE = 2.0**-16
 """Least room in a fat box as a part of the body's size: more than round-off, also for bodies of a hundred kilometres."""
 
+BOUNDING_RADIUS = 7
+"""Column of ``FatBoxes.bound``."""
+
 
 class FatBoxes(NamedTuple):
     """The boxes of colliders, a row for each. A collider's row is its body's."""
