@@ -18,12 +18,14 @@ from atlasphys.engine.narrowphase.dispatch import collide
 from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import KIND, PLANE
 from atlasphys.engine.simd import LANES
+from atlasphys.engine.solvers.bounce_block import FINEST
 from atlasphys.engine.solvers.contact_block import INTEGERS, Fields
+from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
-from atlasphys.engine.state.bodies import STATIC
+from atlasphys.engine.state.bodies import DYNAMIC, STATIC
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
-from atlasphys.engine.state.pose import refresh
+from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
 from atlasphys.engine.state.state import State
 from atlasphys.engine.state.work import (
     BEGAN,
@@ -73,6 +75,7 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         *softness(2 * frequency, settings.contact_damping, sub),
         settings.push_out_speed * unit,
     )
+    bounce = (environment.restitution_threshold, h, sub, float(tolerances.slop), FINEST[state.real.char])
     recycling = (
         (settings.recycle_slip * unit) ** 2 if settings.contact_recycling else -1.0,
         math.cos(settings.recycle_turn / 2),
@@ -87,6 +90,7 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         gravity=tuple(real(g) for g in environment.gravity),  # type: ignore[arg-type]
         ratio=real(ratio),
         soft=tuple(real(x) for x in soft),  # type: ignore[arg-type]
+        bounce=tuple(real(x) for x in bounce),  # type: ignore[arg-type]
         recycling=tuple(real(x) for x in recycling),  # type: ignore[arg-type]
         margin=tolerances.margin,
         match_distance=real(tolerances.match_distance),
@@ -116,6 +120,8 @@ def empty_work(state: State) -> Work:
     n = state.count
     moving = np.flatnonzero(state.bodies.kind[:n] != STATIC)
     tumbles = state.bodies.frame[moving, 3] > 0
+    dynamic = state.bodies.kind[:n] == DYNAMIC
+    locks = np.where(dynamic, state.bodies.locks[:n], 0)
     real = state.real
     one = np.zeros(1, np.int32)
     return Work(
@@ -137,6 +143,9 @@ def empty_work(state: State) -> Work:
         blocks_one=aligned_zeros((1, Fields(1).number, LANES), real),
         integers_many=aligned_zeros((1, INTEGERS, LANES), np.int32),
         blocks_many=aligned_zeros((1, Fields(4).number, LANES), real),
+        rolls_one=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
+        rolls_many=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
+        locked=np.flatnonzero(locks & ROTATION_LOCKS).astype(np.int32) if locks.any() else None,
         plain=in_blocks(moving[~tumbles]),
         tumbling=in_blocks(moving[tumbles]),
         room=np.zeros((1, LANES), real),
@@ -191,6 +200,7 @@ def look_for_pairs(state: State, broadphase: str, h: float) -> None:
 def grow_blocks(state: State) -> None:
     """Room for the blocks that the step needs."""
     work = state.workspace.work
+    rolls = bool((state.colliders.material[: state.count, 2:4] > 0).any())
     for name, entry in (("one", BLOCKS_ONE), ("many", BLOCKS_MANY)):
         needed = int(work.status[entry])
         blocks = getattr(work, "blocks_" + name)
@@ -199,6 +209,7 @@ def grow_blocks(state: State) -> None:
             work = work._replace(
                 **{
                     "blocks_" + name: aligned_zeros((capacity, *blocks.shape[1:]), state.real),
+                    "rolls_" + name: aligned_zeros((capacity if rolls else 1, ROLLING_FIELDS, LANES), state.real),
                     "integers_" + name: aligned_zeros((capacity, INTEGERS, LANES), np.int32),
                 }
             )
