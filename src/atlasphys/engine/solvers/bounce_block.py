@@ -54,7 +54,8 @@ def aim(points, locks, block, integers, blocks, motion, inverse_mass, drives, ma
         valid, fast = gap < FAR, (e > 0) & (absolute(speed) > threshold)
         approach, acceleration = -speed, -gain / h
         end = gap - step * approach - 0.5 * acceleration * step * (step + h)
-        strikes = valid & fast & (approach > 0) & (end < 0)
+        beyond = end - h * (approach + acceleration * (step + h))  # the last substep looks one substep ahead
+        strikes = valid & fast & (approach > 0) & (beyond < 0)
         late = strikes & (end > -slop) & (gap > -end)
         start = maximum(gap, -approach * step)  # deeper than it can have come in a step: an overlap of other origin
         half = 0.5 * acceleration * h
