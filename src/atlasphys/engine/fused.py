@@ -7,11 +7,13 @@ The stages are those of ``step.py``, in the same order; their algorithms are in 
 
 from typing import NamedTuple
 
-from atlasphys.engine.broadphase.fat_boxes import apart, has_left
+from atlasphys.engine.broadphase.fat_boxes import has_left, near
 from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
+from atlasphys.engine.islands.sleep import list_active, list_awake, note_rest, put_to_sleep, wake_touched
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.manifold.build import combine_materials_lane
 from atlasphys.engine.manifold.recycle import (
+    HAS_COPY,
     NEW_ROW,
     OLD_COUNT,
     OLD_ROW,
@@ -46,6 +48,8 @@ from atlasphys.engine.state.work import (
     FORCES,
     GENERIC,
     KEEPS,
+    KINEMATIC_BODIES,
+    LIVE,
     NEED_BLOCKS,
     NEED_GENERIC,
     NEED_PAIRS,
@@ -54,8 +58,16 @@ from atlasphys.engine.state.work import (
     PAIRS_CHANGED,
     PARITY,
     PHASE,
+    PLAIN,
+    RENAME,
     RESPOND,
+    SLEEPERS_CHANGED,
+    SLEEPS,
+    SLEPT,
+    STEP,
     TAKE_GENERIC,
+    TUMBLING,
+    WOKEN,
 )
 
 
@@ -65,6 +77,8 @@ class Constants(NamedTuple):
     h: float
     """Length of a substep [s]."""
     substeps: int
+    slow: float
+    """Speed below which a body counts as at rest [m/s]."""
     gravity: tuple[float, float, float]
     ratio: float
     """Factor on last step's impulses."""
@@ -72,7 +86,7 @@ class Constants(NamedTuple):
     """See solvers/soft_contact.py."""
     bounce: tuple[float, float, float, float, float]
     """See solvers/bounce_block.py."""
-    recycling: tuple[float, float, float, float]
+    recycling: tuple[float, float, float, float, float]
     """See manifold/recycle.py."""
     margin: float
     match_distance: float
@@ -119,7 +133,7 @@ def fill_pair_lane(lane, p, pairs, origin, body, center, old_count, lanes):
 
 
 @routine
-def renew_lanes(number, pairs, origin, geometry, material, constants, old, new, lanes):
+def renew_lanes(step, number, pairs, origin, geometry, material, constants, old, new, lanes):
     """Write the manifolds of the first ``number`` lanes from their contact points."""
     for lane in range(number):
         p = lanes.integers[NEW_ROW, lane]
@@ -137,6 +151,7 @@ def renew_lanes(number, pairs, origin, geometry, material, constants, old, new, 
     )  # fmt: skip
     for lane in range(number):
         p, points = lanes.integers[NEW_ROW, lane], lanes.tags[4, lane]
+        new.collided[p] = step
         new.count[p] = points
         for k in range(4):
             new.feature[p, k] = lanes.tags[k, lane] if k < points else 0
@@ -156,7 +171,7 @@ def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work):
             lane, kind, work.pairs[p, 0], work.pairs[p, 1], a, b, bodies, colliders.shape, shapes, lanes
         )
     collide_lanes(kind, bodies.geometry, constants.margin, lanes)
-    renew_lanes(number, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
+    renew_lanes(work.status[STEP], number, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
 
 
 @routine
@@ -181,6 +196,7 @@ def recycle_queue(bodies, colliders, shapes, constants, old, new, work):
     for lane in range(LANES):
         p = work.queue[KINDS, min(lane, number - 1)]
         fill_pair_lane(lane, p, work.pairs, work.origin, colliders.body, bodies.center, old.count, lanes)
+        lanes.integers[HAS_COPY, lane] = 1 if new.collided[p] == old.collided[work.origin[p]] else 0
     recycle(lanes.integers, lanes.delta, bodies.geometry, old, new, constants.recycling)
     recycled = 0
     for lane in range(number):
@@ -190,11 +206,42 @@ def recycle_queue(bodies, colliders, shapes, constants, old, new, work):
         p = work.queue[KINDS, lane]
         if recycled & (1 << lane):
             j = work.origin[p]
-            new.count[p], new.touching[p] = old.count[j], old.touching[j]
+            new.count[p], new.touching[p], new.collided[p] = old.count[j], old.touching[j], old.collided[j]
             for k in range(4):
                 new.feature[p, k] = old.feature[j, k]
         else:
             enqueue(p, bodies, colliders, shapes, constants, old, new, work)
+
+
+@routine
+def list_bodies(bodies, count, work):
+    """List the bodies that are to be moved, and those that may disturb others."""
+    status = work.status
+    list_active(bodies.kind, bodies.island, bodies.motion, count, work.active)
+    status[PLAIN], status[TUMBLING] = list_awake(
+        bodies.kind, bodies.island, bodies.frame, count, work.plain, work.tumbling
+    )
+
+
+@routine
+def keep_asleep(p, j, old, new, copied):
+    """The manifold of two bodies that neither move nor are disturbed stays as it is."""
+    if copied[p] >= 2:
+        return
+    copied[p] += 1
+    new.count[p] = old.count[j] if j >= 0 else 0
+    if new.count[p] > 0:
+        new.touching[p], new.collided[p] = old.touching[j], old.collided[j]
+        for k in range(4):
+            new.feature[p, k] = old.feature[j, k]
+        for k in range(16):
+            new.contact[p, k], new.reference[p, k] = old.contact[j, k], old.reference[j, k]
+        for k in range(32):
+            new.points[p, k], new.local[p, k] = old.points[j, k], old.local[j, k]
+        for k in range(8):
+            new.total[p, k] = old.total[j, k]
+        for k in range(12):
+            new.friction_impulse[p, k] = old.friction_impulse[j, k]
 
 
 @routine
@@ -209,23 +256,28 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work):
         )
     work.queued[:] = 0
     recycling = constants.recycling[0] >= 0
-    for p in range(count):
-        new.a[p], new.b[p] = pairs[p, 0], pairs[p, 1]
-        new.count[p] = 0
-        j = origin[p]
-        if recycling and j >= 0 and old.count[j] > 0:
-            work.queue[KINDS, work.queued[KINDS]] = p
-            work.queued[KINDS] += 1
-            if work.queued[KINDS] == LANES:
-                recycle_queue(bodies, colliders, shapes, constants, old, new, work)
-        else:
-            a, b = colliders.body[pairs[p, 0]], colliders.body[pairs[p, 1]]
-            delta = (
-                bodies.center[b, 0] - bodies.center[a, 0],
-                bodies.center[b, 1] - bodies.center[a, 1],
-                bodies.center[b, 2] - bodies.center[a, 2],
-            )
-            if not (status[KEEPS] and apart(a, b, delta, reach)):
+    if status[RENAME] > 0:
+        status[RENAME] -= 1
+        for p in range(count):
+            new.a[p], new.b[p], new.collided[p] = pairs[p, 0], pairs[p, 1], -1
+    for start in range(0, count, LANES):
+        block = start // LANES
+        touching = near(block, work.pair_bodies, reach) if status[KEEPS] else -1
+        for lane in range(min(LANES, count - start)):
+            p = start + lane
+            j = origin[p]
+            a, b = work.pair_bodies[block, 0, lane], work.pair_bodies[block, 1, lane]
+            if not (work.active[a] or work.active[b]):
+                keep_asleep(p, j, old, new, work.copied)
+                continue
+            work.copied[p] = 0
+            new.count[p] = 0
+            if recycling and j >= 0 and old.count[j] > 0:
+                work.queue[KINDS, work.queued[KINDS]] = p
+                work.queued[KINDS] += 1
+                if work.queued[KINDS] == LANES:
+                    recycle_queue(bodies, colliders, shapes, constants, old, new, work)
+            elif touching & (1 << lane):
                 enqueue(p, bodies, colliders, shapes, constants, old, new, work)
     if work.queued[KINDS] > 0:
         recycle_queue(bodies, colliders, shapes, constants, old, new, work)
@@ -257,7 +309,20 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
                     lanes.contact[4 + 4 * k + c, lane] = contacts.anchor_a[kept[k], c]
                 lanes.contact[7 + 4 * k, lane] = contacts.depth[kept[k]]
                 lanes.tags[k, lane] = contacts.feature[kept[k]]
-        renew_lanes(filled, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
+        renew_lanes(work.status[STEP], filled, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
+
+
+@routine
+def list_live(count, rows, pair_bodies, active, live):
+    """List the manifolds that have points and an active body; return how many."""
+    number = 0
+    for i in range(rows):
+        if count[i] > 0:
+            block, lane = i // LANES, i % LANES
+            if active[pair_bodies[block, 0, lane]] or active[pair_bodies[block, 1, lane]]:
+                live[number] = i
+                number += 1
+    return number
 
 
 @routine
@@ -393,9 +458,10 @@ def store_contacts(new, work):
 def respond(bodies, constants, new, work):
     """The solver stage: impulses and motion in all substeps."""
     motion, geometry, inverse_mass, h = bodies.motion, bodies.geometry, bodies.inverse_mass, constants.h
+    status = work.status
     plain, tumbling = work.plain, work.tumbling
-    for rows in (plain, tumbling):
-        for block in range(len(rows)):
+    for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
+        for block in range(blocks):
             drive(
                 work.locked, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, bodies.drive,
                 constants.gravity, h,
@@ -403,14 +469,14 @@ def respond(bodies, constants, new, work):
     if prepare_contacts(bodies, constants, new, work):
         bounce_contacts(bodies, constants, new, work)
     for _ in range(constants.substeps):
-        for rows in (plain, tumbling):
-            for block in range(len(rows)):
+        for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
+            for block in range(blocks):
                 gain_speed(block, rows, motion, bodies.drive)
         start_contacts(motion, inverse_mass, work)
         solve_contacts(False, motion, inverse_mass, constants.soft, work)
-        for block in range(len(plain)):
+        for block in range(status[PLAIN]):
             move(block, plain, motion, geometry, h)
-        for block in range(len(tumbling)):
+        for block in range(status[TUMBLING]):
             tumble(block, tumbling, motion, geometry, bodies.mass, bodies.frame, inverse_mass, h)
         follow_turn(work.locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
         solve_contacts(True, motion, inverse_mass, constants.soft, work)
@@ -418,12 +484,13 @@ def respond(bodies, constants, new, work):
 
 
 @routine
-def finish(bodies, remembered, work):
-    """Poses at the end of the step. Returns whether all is finite; only then is the step remembered."""
+def finish(bodies, colliders, count, constants, new, remembered, work):
+    """Poses at the end of the step, and sleep. Returns whether all is finite; only then is the step remembered."""
+    status = work.status
     moved = work.lanes.moved
     finite = True
-    for rows in (work.plain, work.tumbling):
-        for block in range(len(rows)):
+    for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
+        for block in range(blocks):
             finite = settle(block, rows, bodies.motion, bodies.geometry, bodies.frame, moved) and finite
             for lane in range(LANES):
                 i = rows[block, lane]
@@ -436,8 +503,20 @@ def finish(bodies, remembered, work):
                     bodies.orientation[i, k] = bodies.geometry[i, 12 + k]
     if not finite:
         return False
-    for rows in (work.plain, work.tumbling):
-        for block in range(len(rows)):
+    if status[SLEEPS]:
+        for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
+            note_rest(
+                rows, blocks, bodies.kind, bodies.motion, bodies.response, work.radius, constants.slow,
+                constants.h * constants.substeps, bodies.rest,
+            )  # fmt: skip
+        status[SLEPT] = put_to_sleep(
+            new.a, new.b, work.live, status[LIVE], colliders.body, bodies.kind, bodies.island, bodies.rest, bodies.motion,
+            work.active, count, work.parent, work.ready,
+        )  # fmt: skip
+        if status[SLEPT]:
+            status[SLEEPERS_CHANGED] = 1
+    for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
+        for block in range(blocks):
             for lane in range(LANES):
                 i = rows[block, lane]
                 for k in range(3):
@@ -472,11 +551,11 @@ def note_events(new, old, work):
 
 @kernel
 def run_steps(
-    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, fat_rows, fat, constants, work, steps
+    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, count, fat, constants, work, steps
 ):  # fmt: skip
     """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
 
-    ``fat_rows`` and ``fat`` are the fat boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step builds the next ones in the other table.
+    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step builds the next ones in the other table.
     """
     status = work.status
     while status[DONE] < steps:
@@ -485,10 +564,23 @@ def run_steps(
         else:
             old, new = table_1, table_0
         if status[PHASE] == DETECT:
+            if status[SLEEPERS_CHANGED]:
+                list_bodies(bodies, count, work)
+                status[SLEEPERS_CHANGED] = 0
+            elif status[KINEMATIC_BODIES]:
+                list_active(bodies.kind, bodies.island, bodies.motion, count, work.active)
+            if status[SLEEPS]:
+                for i in range(count):
+                    work.before[i] = work.active[i]
+            status[SLEPT] = status[WOKEN] = 0
             if status[KEEPS]:
                 left = has_left(
-                    fat_rows, bodies.center, bodies.geometry, fat, constants.margin, work.lanes.delta, work.room
+                    work.plain, status[PLAIN], bodies.center, bodies.geometry, fat, constants.margin, work.lanes.delta, work.room
                 )
+                left |= has_left(
+                    work.tumbling, status[TUMBLING], bodies.center, bodies.geometry, fat, constants.margin,
+                    work.lanes.delta, work.room,
+                )  # fmt: skip
                 if left and not status[CHECKED]:
                     return NEED_PAIRS
             elif not status[CHECKED]:
@@ -502,19 +594,29 @@ def run_steps(
         if status[PHASE] == TAKE_GENERIC:
             take_generic(bodies, colliders, constants, contacts, kept, old, new, work)
             status[PHASE] = RESPOND
+        live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
+        if status[SLEEPS]:
+            status[WOKEN] += wake_touched(
+                new.a, new.b, work.live, live, colliders.body, bodies.kind, bodies.island, bodies.rest, work.active, count,
+                work.ready,
+            )  # fmt: skip
+            if status[WOKEN]:
+                list_bodies(bodies, count, work)
+                live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
+        status[LIVE] = live
         colour_contacts(
-            new.a, new.b, new.count, status[PAIRS], colliders.body, bodies.inverse_mass, work.used, work.colours, work.sizes
+            new.a, new.b, new.count, work.live, live, colliders.body, work.moves, work.used, work.colours, work.sizes
         )
         block_ranges(work.sizes, work.starts)
         status[BLOCKS_ONE], status[BLOCKS_MANY] = work.starts[0, COLOURS + 1], work.starts[1, COLOURS + 1]
         if len(work.blocks_one) < status[BLOCKS_ONE] or len(work.blocks_many) < status[BLOCKS_MANY]:
             return NEED_BLOCKS
         fill_blocks(
-            new.a, new.b, new.count, status[PAIRS], colliders.body, bodies.inverse_mass, work.colours, work.starts,
-            work.cursor, work.integers_one, work.integers_many,
+            new.a, new.b, new.count, work.live, live, colliders.body, work.moves, work.colours, work.starts, work.cursor,
+            work.integers_one, work.integers_many,
         )  # fmt: skip
         respond(bodies, constants, new, work)
-        if not finish(bodies, remembered, work):
+        if not finish(bodies, colliders, count, constants, new, remembered, work):
             return DIVERGED
         note_events(new, old, work)
         if status[FORCES]:
@@ -525,6 +627,7 @@ def run_steps(
                 work.origin[p] = p
             status[PAIRS_CHANGED] = 0
         status[OLD_ROWS] = status[PAIRS]
+        status[STEP] += 1
         status[PARITY] = 1 - status[PARITY]
         status[PHASE] = DETECT
         status[DONE] += 1

@@ -10,7 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from atlasphys.engine.broadphase import BROADPHASES
+from atlasphys.engine.broadphase.fat_boxes import BOUNDING_RADIUS, shape_bounds
 from atlasphys.engine.broadphase.tree import FatTree
+from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused import Constants, run_steps
 from atlasphys.engine.islands.colour import COLOURS
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
@@ -23,7 +25,7 @@ from atlasphys.engine.solvers.contact_block import INTEGERS, Fields
 from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
-from atlasphys.engine.state.bodies import DYNAMIC, STATIC
+from atlasphys.engine.state.bodies import DYNAMIC, KINEMATIC, STATIC
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
 from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
 from atlasphys.engine.state.state import State
@@ -48,6 +50,13 @@ from atlasphys.engine.state.work import (
     PAIRS_CHANGED,
     PARITY,
     PHASE,
+    RENAME,
+    SLEEPERS_CHANGED,
+    SLEEPS,
+    SLEPT,
+    STEP,
+    WOKEN,
+    KINEMATIC_BODIES,
     Work,
     empty_lanes,
     in_blocks,
@@ -81,12 +90,14 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         math.cos(settings.recycle_turn / 2),
         math.cos(settings.recycle_twist / 2),
         float(tolerances.margin),
+        settings.recycle_speed * unit * h,
     )
     ratio = min(sub / state.last_h, MOST_GROWTH) if state.last_h > 0 else 1.0
     ratio = ratio if settings.warm_starting else 0.0
     return Constants(
         h=real(sub),
         substeps=settings.substeps,
+        slow=real(SLEEP_SPEED * unit),
         gravity=tuple(real(g) for g in environment.gravity),  # type: ignore[arg-type]
         ratio=real(ratio),
         soft=tuple(real(x) for x in soft),  # type: ignore[arg-type]
@@ -104,12 +115,18 @@ FATTENING = 0.1
 looked at that do not touch."""
 
 
+EMPTY: npt.NDArray[np.intp] = np.empty(0, np.intp)
+
+
 class Workspace:
     """What the fused step keeps between steps and can derive from the state at any time."""
 
     def __init__(self, state: State, narrowphase: str) -> None:
         self.narrowphase = narrowphase
         self.work = empty_work(state)
+        n = state.count
+        bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
+        self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]
         self.work.status[OLD_ROWS] = state.manifold_count
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
         self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
@@ -128,6 +145,15 @@ def empty_work(state: State) -> Work:
         status=np.zeros(ENTRIES, np.int64),
         pairs=np.zeros((1, 2), np.int32),
         kinds=np.zeros(1, np.int8),
+        pair_bodies=np.zeros((1, 2, LANES), np.int32),
+        copied=np.zeros(1, np.uint8),
+        live=one.copy(),
+        active=np.zeros(max(n, 1), np.uint8),
+        before=np.zeros(max(n, 1), np.uint8),
+        radius=np.zeros(max(n, 1), real),
+        parent=np.zeros(max(n, 1), np.int32),
+        ready=np.zeros(max(n, 1), np.uint8),
+        moves=np.zeros(max(n, 1), np.uint8) | (state.bodies.kind[: max(n, 1)] == DYNAMIC),
         origin=one,
         generic=one.copy(),
         queue=np.zeros((KINDS + 1, LANES), np.int32),
@@ -146,9 +172,9 @@ def empty_work(state: State) -> Work:
         rolls_one=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
         rolls_many=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
         locked=np.flatnonzero(locks & ROTATION_LOCKS).astype(np.int32) if locks.any() else None,
-        plain=in_blocks(moving[~tumbles]),
-        tumbling=in_blocks(moving[tumbles]),
-        room=np.zeros((1, LANES), real),
+        plain=np.zeros((-(-int((~tumbles).sum()) // LANES), LANES), np.int32),
+        tumbling=np.zeros((-(-int(tumbles.sum()) // LANES), LANES), np.int32),
+        room=np.zeros((max(-(-len(moving) // LANES), 1), LANES), real),
         lanes=empty_lanes(real),
     )
 
@@ -164,6 +190,9 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
         work = work._replace(
             pairs=np.zeros((capacity, 2), np.int32),
             kinds=np.zeros(capacity, np.int8),
+            pair_bodies=np.zeros((-(-capacity // LANES), 2, LANES), np.int32),
+            live=np.zeros(capacity, np.int32),
+            copied=np.zeros(capacity, np.uint8),
             origin=np.zeros(capacity, np.int32),
             generic=np.zeros(capacity, np.int32),
             began=np.zeros((capacity, 2), np.int32),
@@ -171,6 +200,12 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
             colours=np.zeros(capacity, np.int8),
         )
     work.pairs[:count] = pairs
+    blocks = -(-count // LANES)
+    bodies = np.zeros((blocks * LANES, 2), np.int32)
+    bodies[:count] = state.colliders.body[pairs]
+    work.pair_bodies[:blocks] = bodies.reshape(blocks, LANES, 2).transpose(0, 2, 1)
+    status[RENAME] = 2
+    work.copied[:count] = 0
     kinds = state.table.arrays.layout[state.colliders.shape[pairs], KIND]
     work.kinds[:count] = KIND_OF[kinds[:, 0], kinds[:, 1]]
     if state.workspace.narrowphase == "gjk_epa":  # GJK and EPA know no planes
@@ -188,8 +223,6 @@ def look_for_pairs(state: State, broadphase: str, h: float) -> None:
     if broadphase == "tree":
         if space.tree.update(state.bodies, state.colliders, shapes, state.count, h, margin):
             renew_pairs(state, space.tree.pairs)
-            if len(space.work.room) < len(space.tree.rows):
-                space.work = space.work._replace(room=np.zeros((len(space.tree.rows), LANES), state.real))
     else:
         update_bounds(state.bodies, state.colliders, shapes, state.count, margin)
         state.pairs, count = BROADPHASES[broadphase](state.bodies, state.colliders, shapes, state.count, state.pairs)
@@ -222,7 +255,8 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     values = constants(state, settings, h)
     shapes, margin, keeps = state.table.arrays, state.tolerances.margin, pipeline.broadphase == "tree"
     profile = Profile()
-    if state.stale:
+    written = state.stale
+    if written:
         refresh(state.bodies, 0, state.count)
         state.stale = False
     if state.workspace is not None and state.workspace.narrowphase != pipeline.narrowphase:
@@ -233,8 +267,10 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     status = space.work.status
     status[KEEPS], status[DONE], status[FORCES] = keeps, 0, state.forced
     state.forced = False
-    status[CHECKED], status[PHASE] = 0, DETECT
-    if keeps and len(space.tree.fat.center) != state.count:
+    status[CHECKED], status[PHASE], status[STEP] = 0, DETECT, state.steps + 1
+    status[SLEEPS], status[SLEEPERS_CHANGED] = pipeline.sleeping, 1
+    status[KINEMATIC_BODIES] = (state.bodies.kind[: state.count] == KINEMATIC).any()
+    if keeps and (written or len(space.tree.fat.center) != state.count):
         look_for_pairs(state, pipeline.broadphase, h)
     wanted = chunk = 1
     completed, began = 0, time.perf_counter()
@@ -242,7 +278,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
         start = time.perf_counter()
         answer = run_steps(
             state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered, state.contacts,
-            space.kept, space.tree.rows, space.tree.fat, values, space.work, wanted,
+            space.kept, state.count, space.tree.fat, values, space.work, wanted,
         )  # fmt: skip
         status = space.work.status
         if status[PARITY]:
@@ -280,4 +316,8 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     profile["solver"] = (time.perf_counter() - began) / max(steps, 1)
     state.began = space.work.began[: status[BEGAN]].copy()
     state.ended = space.work.ended[: status[ENDED]].copy()
+    moved = state.bodies.kind[: state.count] == DYNAMIC
+    before, now = space.work.before[: state.count], space.work.active[: state.count]
+    state.slept = np.flatnonzero(moved & (before > now)) if status[SLEPT] else EMPTY
+    state.woke = np.flatnonzero(moved & (before < now)) if status[WOKEN] else EMPTY
     return profile
