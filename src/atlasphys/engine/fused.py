@@ -29,7 +29,7 @@ from atlasphys.engine.math import vec
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
-from atlasphys.engine.solvers.bounce_block import MOST_STRIKES, aim, depart, strike
+from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
 from atlasphys.engine.solvers.contact_block import COUNT, MANIFOLD, ROLLS
 from atlasphys.engine.solvers.locked import follow_turn
 from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
@@ -371,15 +371,15 @@ def aim_contacts(bodies, constants, new, work):
 
 
 @routine
-def strike_contacts(motion, inverse_mass, work):
+def strike_contacts(motion, inverse_mass, ease, work):
     """One pass over all contacts, colour by colour. Returns whether a bounce was not solved for yet."""
     starts, wrong = work.starts, False
     for colour in range(COLOURS + 1):
         for block in range(starts[1, colour], starts[1, colour + 1]):
-            if strike(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass):
+            if strike(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, ease):
                 wrong = True
         for block in range(starts[0, colour], starts[0, colour + 1]):
-            if strike(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass):
+            if strike(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, ease):
                 wrong = True
     return wrong
 
@@ -389,8 +389,9 @@ def bounce_contacts(bodies, constants, new, work):
     """Resolve the impacts of contacts with restitution."""
     motion, inverse_mass = bodies.motion, bodies.inverse_mass
     if aim_contacts(bodies, constants, new, work):
-        for _ in range(MOST_STRIKES):
-            if not strike_contacts(motion, inverse_mass, work):
+        real = motion.dtype.type
+        for visit in range(MOST_STRIKES):
+            if not strike_contacts(motion, inverse_mass, real(1) if visit < EASED else real(EASE), work):
                 break
     for block in range(work.starts[1, COLOURS + 1]):
         depart(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, new, constants.ratio)
