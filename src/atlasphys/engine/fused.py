@@ -29,8 +29,12 @@ from atlasphys.engine.math import vec
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
+from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
+from atlasphys.engine.solvers.contact_block import COUNT, MANIFOLD, ROLLS
+from atlasphys.engine.solvers.locked import follow_turn
+from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
-from atlasphys.engine.state.manifolds import DEPTH, NORMAL_IMPULSE, POINT_COLUMNS
+from atlasphys.engine.state.manifolds import DEPTH, POINT_COLUMNS, RESTITUTION, ROLLING, TORSIONAL
 from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
@@ -80,7 +84,9 @@ class Constants(NamedTuple):
     """Factor on last step's impulses."""
     soft: tuple[float, float, float, float, float, float, float, float]
     """See solvers/soft_contact.py."""
-    recycling: tuple[float, float, float, float]
+    bounce: tuple[float, float, float, float, float]
+    """See solvers/bounce_block.py."""
+    recycling: tuple[float, float, float, float, float]
     """See manifold/recycle.py."""
     margin: float
     match_distance: float
@@ -320,58 +326,162 @@ def list_live(count, rows, pair_bodies, active, live):
 
 
 @routine
-def substep_contacts(relax, motion, inverse_mass, soft, work):
-    """One pass over all contacts, colour by colour."""
+def prepare_contacts(bodies, constants, new, work):
+    """Write the blocks of all contacts. Returns whether one of them has restitution."""
+    inverse_mass, ratio, bounces = bodies.inverse_mass, constants.ratio, False
+    for block in range(work.starts[1, COLOURS + 1]):
+        if prepare(4, work.locked, block, work.integers_many, work.blocks_many, new, inverse_mass, ratio):
+            bounces = note_materials(4, block, work.integers_many, work.rolls_many, new) or bounces
+            if work.integers_many[block, ROLLS, 0]:
+                prepare_rolling(
+                    block, work.integers_many, work.blocks_many, work.rolls_many, new, inverse_mass, ratio
+                )  # fmt: skip
+    for block in range(work.starts[0, COLOURS + 1]):
+        if prepare(1, work.locked, block, work.integers_one, work.blocks_one, new, inverse_mass, ratio):
+            bounces = note_materials(1, block, work.integers_one, work.rolls_one, new) or bounces
+            if work.integers_one[block, ROLLS, 0]:
+                prepare_rolling(block, work.integers_one, work.blocks_one, work.rolls_one, new, inverse_mass, ratio)
+    return bounces
+
+
+@routine
+def note_materials(points, block, integers, rolls, new):
+    """Note in a block whether it has rolling friction. Returns whether it has restitution."""
+    bounces = False
+    for lane in range(LANES):
+        if integers[block, COUNT, lane] > 0:
+            i = integers[block, MANIFOLD, lane]
+            bounces = bounces or new.contact[i, RESTITUTION] > 0
+            if new.contact[i, ROLLING] > 0 or (points == 1 and new.contact[i, TORSIONAL] > 0):
+                integers[block, ROLLS, 0] = 1 if block < len(rolls) else 0
+    return bounces
+
+
+@routine
+def aim_contacts(bodies, constants, new, work):
+    """Work out what restitution asks for. Returns whether it acts in this step."""
+    motion, inverse_mass, drives, acts = bodies.motion, bodies.inverse_mass, bodies.drive, False
+    for block in range(work.starts[1, COLOURS + 1]):
+        if aim(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, drives, new, constants.bounce):
+            acts = True
+    for block in range(work.starts[0, COLOURS + 1]):
+        if aim(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, drives, new, constants.bounce):
+            acts = True
+    return acts
+
+
+@routine
+def strike_contacts(motion, inverse_mass, ease, work):
+    """One pass over all contacts, colour by colour. Returns whether a bounce was not solved for yet."""
+    starts, wrong = work.starts, False
+    for colour in range(COLOURS + 1):
+        for block in range(starts[1, colour], starts[1, colour + 1]):
+            if strike(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, ease):
+                wrong = True
+        for block in range(starts[0, colour], starts[0, colour + 1]):
+            if strike(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, ease):
+                wrong = True
+    return wrong
+
+
+@routine
+def bounce_contacts(bodies, constants, new, work):
+    """Resolve the impacts of contacts with restitution."""
+    motion, inverse_mass = bodies.motion, bodies.inverse_mass
+    if aim_contacts(bodies, constants, new, work):
+        real = motion.dtype.type
+        for visit in range(MOST_STRIKES):
+            if not strike_contacts(motion, inverse_mass, real(1) if visit < EASED else real(EASE), work):
+                break
+    for block in range(work.starts[1, COLOURS + 1]):
+        depart(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, new, constants.ratio)
+    for block in range(work.starts[0, COLOURS + 1]):
+        depart(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, new, constants.ratio)
+
+
+@routine
+def start_contacts(motion, inverse_mass, work):
+    """Apply the impulses that the last substep ended with."""
     starts = work.starts
     for colour in range(COLOURS + 1):
         for block in range(starts[1, colour], starts[1, colour + 1]):
+            warm_start(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass)
+            if work.integers_many[block, ROLLS, 0]:
+                start_rolling(
+                    4, block, work.integers_many, work.blocks_many, work.rolls_many, motion, inverse_mass
+                )  # fmt: skip
+        for block in range(starts[0, colour], starts[0, colour + 1]):
+            warm_start(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass)
+            if work.integers_one[block, ROLLS, 0]:
+                start_rolling(1, block, work.integers_one, work.blocks_one, work.rolls_one, motion, inverse_mass)
+
+
+@routine
+def solve_contacts(relax, motion, inverse_mass, soft, work):
+    """One pass over all contacts, colour by colour."""
+    starts = work.starts
+    counts = soft[0] - soft[0] + (1 if relax else 0)
+    for colour in range(COLOURS + 1):
+        for block in range(starts[1, colour], starts[1, colour + 1]):
             if relax:
-                solve(4, 0, 1, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+                solve(4, work.locked, 1, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
             else:
-                solve(4, 0, 0, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+                solve(4, work.locked, 0, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+            if work.integers_many[block, ROLLS, 0]:
+                solve_rolling(
+                    4, block, work.integers_many, work.blocks_many, work.rolls_many, motion, inverse_mass, counts
+                )  # fmt: skip
         for block in range(starts[0, colour], starts[0, colour + 1]):
             if relax:
-                solve(1, 0, 1, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+                solve(1, work.locked, 1, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
             else:
-                solve(1, 0, 0, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+                solve(1, work.locked, 0, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+            if work.integers_one[block, ROLLS, 0]:
+                solve_rolling(
+                    1, block, work.integers_one, work.blocks_one, work.rolls_one, motion, inverse_mass, counts
+                )  # fmt: skip
+
+
+@routine
+def store_contacts(new, work):
+    """Write the impulses to the manifolds."""
+    for block in range(work.starts[1, COLOURS + 1]):
+        store_impulses(4, block, work.integers_many, work.blocks_many, new)
+        if work.integers_many[block, ROLLS, 0]:
+            store_rolling(block, work.integers_many, work.blocks_many, work.rolls_many, new)
+    for block in range(work.starts[0, COLOURS + 1]):
+        store_impulses(1, block, work.integers_one, work.blocks_one, new)
+        if work.integers_one[block, ROLLS, 0]:
+            store_rolling(block, work.integers_one, work.blocks_one, work.rolls_one, new)
 
 
 @routine
 def respond(bodies, constants, new, work):
     """The solver stage: impulses and motion in all substeps."""
-    motion, geometry, inverse_mass = bodies.motion, bodies.geometry, bodies.inverse_mass
-    status, starts, h = work.status, work.starts, constants.h
+    motion, geometry, inverse_mass, h = bodies.motion, bodies.geometry, bodies.inverse_mass, constants.h
+    status = work.status
     plain, tumbling = work.plain, work.tumbling
     for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
         for block in range(blocks):
             drive(
-                0, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, bodies.drive,
+                work.locked, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, bodies.drive,
                 constants.gravity, h,
             )  # fmt: skip
-    many, one = starts[1, COLOURS + 1], starts[0, COLOURS + 1]
-    for block in range(many):
-        prepare(4, 0, block, work.integers_many, work.blocks_many, new, inverse_mass, constants.ratio)
-    for block in range(one):
-        prepare(1, 0, block, work.integers_one, work.blocks_one, new, inverse_mass, constants.ratio)
+    if prepare_contacts(bodies, constants, new, work):
+        bounce_contacts(bodies, constants, new, work)
     for _ in range(constants.substeps):
         for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
             for block in range(blocks):
                 gain_speed(block, rows, motion, bodies.drive)
-        for colour in range(COLOURS + 1):
-            for block in range(starts[1, colour], starts[1, colour + 1]):
-                warm_start(4, 0, block, work.integers_many, work.blocks_many, motion, inverse_mass)
-            for block in range(starts[0, colour], starts[0, colour + 1]):
-                warm_start(1, 0, block, work.integers_one, work.blocks_one, motion, inverse_mass)
-        substep_contacts(False, motion, inverse_mass, constants.soft, work)
+        start_contacts(motion, inverse_mass, work)
+        solve_contacts(False, motion, inverse_mass, constants.soft, work)
         for block in range(status[PLAIN]):
             move(block, plain, motion, geometry, h)
         for block in range(status[TUMBLING]):
             tumble(block, tumbling, motion, geometry, bodies.mass, bodies.frame, inverse_mass, h)
-        substep_contacts(True, motion, inverse_mass, constants.soft, work)
-    for block in range(many):
-        store_impulses(4, block, work.integers_many, work.blocks_many, new)
-    for block in range(one):
-        store_impulses(1, block, work.integers_one, work.blocks_one, new)
+        follow_turn(work.locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
+        solve_contacts(True, motion, inverse_mass, constants.soft, work)
+    store_contacts(new, work)
 
 
 @routine

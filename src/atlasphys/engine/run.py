@@ -20,12 +20,14 @@ from atlasphys.engine.narrowphase.dispatch import collide
 from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import KIND, PLANE
 from atlasphys.engine.simd import LANES
+from atlasphys.engine.solvers.bounce_block import FINEST
 from atlasphys.engine.solvers.contact_block import INTEGERS, Fields
+from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.bodies import DYNAMIC, KINEMATIC, STATIC
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
-from atlasphys.engine.state.pose import refresh
+from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
 from atlasphys.engine.state.state import State
 from atlasphys.engine.state.work import (
     BEGAN,
@@ -82,11 +84,13 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         *softness(2 * frequency, settings.contact_damping, sub),
         settings.push_out_speed * unit,
     )
+    bounce = (environment.restitution_threshold, h, sub, float(tolerances.slop), FINEST[state.real.char])
     recycling = (
         (settings.recycle_slip * unit) ** 2 if settings.contact_recycling else -1.0,
         math.cos(settings.recycle_turn / 2),
         math.cos(settings.recycle_twist / 2),
         float(tolerances.margin),
+        settings.recycle_speed * unit * h,
     )
     ratio = min(sub / state.last_h, MOST_GROWTH) if state.last_h > 0 else 1.0
     ratio = ratio if settings.warm_starting else 0.0
@@ -97,6 +101,7 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         gravity=tuple(real(g) for g in environment.gravity),  # type: ignore[arg-type]
         ratio=real(ratio),
         soft=tuple(real(x) for x in soft),  # type: ignore[arg-type]
+        bounce=tuple(real(x) for x in bounce),  # type: ignore[arg-type]
         recycling=tuple(real(x) for x in recycling),  # type: ignore[arg-type]
         margin=tolerances.margin,
         match_distance=real(tolerances.match_distance),
@@ -132,6 +137,8 @@ def empty_work(state: State) -> Work:
     n = state.count
     moving = np.flatnonzero(state.bodies.kind[:n] != STATIC)
     tumbles = state.bodies.frame[moving, 3] > 0
+    dynamic = state.bodies.kind[:n] == DYNAMIC
+    locks = np.where(dynamic, state.bodies.locks[:n], 0)
     real = state.real
     one = np.zeros(1, np.int32)
     return Work(
@@ -162,6 +169,9 @@ def empty_work(state: State) -> Work:
         blocks_one=aligned_zeros((1, Fields(1).number, LANES), real),
         integers_many=aligned_zeros((1, INTEGERS, LANES), np.int32),
         blocks_many=aligned_zeros((1, Fields(4).number, LANES), real),
+        rolls_one=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
+        rolls_many=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
+        locked=np.flatnonzero(locks & ROTATION_LOCKS).astype(np.int32) if locks.any() else None,
         plain=np.zeros((-(-int((~tumbles).sum()) // LANES), LANES), np.int32),
         tumbling=np.zeros((-(-int(tumbles.sum()) // LANES), LANES), np.int32),
         room=np.zeros((max(-(-len(moving) // LANES), 1), LANES), real),
@@ -223,6 +233,7 @@ def look_for_pairs(state: State, broadphase: str, h: float) -> None:
 def grow_blocks(state: State) -> None:
     """Room for the blocks that the step needs."""
     work = state.workspace.work
+    rolls = bool((state.colliders.material[: state.count, 2:4] > 0).any())
     for name, entry in (("one", BLOCKS_ONE), ("many", BLOCKS_MANY)):
         needed = int(work.status[entry])
         blocks = getattr(work, "blocks_" + name)
@@ -231,6 +242,7 @@ def grow_blocks(state: State) -> None:
             work = work._replace(
                 **{
                     "blocks_" + name: aligned_zeros((capacity, *blocks.shape[1:]), state.real),
+                    "rolls_" + name: aligned_zeros((capacity if rolls else 1, ROLLING_FIELDS, LANES), state.real),
                     "integers_" + name: aligned_zeros((capacity, INTEGERS, LANES), np.int32),
                 }
             )

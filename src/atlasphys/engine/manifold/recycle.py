@@ -6,7 +6,8 @@ hold the tower up; and a pair at rest need not be collided again. What changes e
 depth, from where the two bodies' copies of the contact point now are: depth₀ − n · e with e = (x_b + R_b l_b) − (x_a + R_a l_a).
 
 A pair is collided afresh once e exceeds ``slip`` at any of its points, either body has turned by more than ``turn``, or they have by more than
-``twist`` against each other.
+``twist`` against each other. So it is when they come together or part faster than ``speed``: frozen arms are for pairs at rest relative to each other, and would cost an
+impact's angular momentum.
 """
 
 from atlasphys.engine.simd import absolute, any_lane, full, gather, load, maximum, scatter, select, simd_kernel, store, vec, when
@@ -49,9 +50,9 @@ def dot4(p, q):
 def recycle(integers, delta, geometry, old, new, limits):
     """Carry eight manifolds over, where they may be recycled; RESULT of ``integers`` says for which that was done.
 
-    ``delta`` (3, 8) is x_b − x_a. ``limits``: slip² [m²]; cosines of half of turn and twist; gap beyond which there is no contact [m].
+    ``delta`` (3, 8) is x_b − x_a. ``limits``: slip² [m²]; cosines of half of turn and twist; gap beyond which there is no contact [m]; change of depth in a step [m].
     """
-    slip_squared, turn_cosine, twist_cosine, margin = limits
+    slip_squared, turn_cosine, twist_cosine, margin, change = limits
     row, count = load(integers, OLD_ROW), load(integers, OLD_COUNT)
     frame_a, frame_b = gather(geometry, load(integers, PAIR_A), 16), gather(geometry, load(integers, PAIR_B), 16)
     reference, local = gather(old.reference, row, 16), gather(old.local, row, 32)
@@ -74,8 +75,9 @@ def recycle(integers, delta, geometry, old, new, limits):
         at_b = vec.mat_mul_vec(frame_b, local[first + LOCAL_B : first + LOCAL_B + 3])
         moved = vec.sub(vec.add(between, at_b), at_a)
         valid = count > k
-        keeps = keeps & (~valid | (vec.length_squared(moved) <= slip_squared))
         depth = local[first + COLLISION_DEPTH] - vec.dot(n, moved)
+        rests = (vec.length_squared(moved) <= slip_squared) & (absolute(depth - points[first + DEPTH]) <= change)
+        keeps = keeps & (~valid | rests)
         points[first + DEPTH] = select(valid, depth, 0)
         deepest = select(valid, maximum(depth, deepest), deepest)
     keeps = keeps & (deepest >= -margin)

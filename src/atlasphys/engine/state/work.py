@@ -116,6 +116,11 @@ class Work(NamedTuple):
     integers_many: npt.NDArray[np.int32]
     blocks_many: npt.NDArray[np.floating]
     """Blocks of manifolds of two to four points."""
+    rolls_one: npt.NDArray[np.floating]
+    rolls_many: npt.NDArray[np.floating]
+    """Rolling friction beside these blocks, see solvers/rolling_block.py; one block if no body has any."""
+    locked: npt.NDArray[np.int32] | None
+    """Rows of the bodies whose rotation is locked about some axis; None if no body has locks at all."""
     plain: npt.NDArray[np.int32]
     """(blocks, 8) bodies that keep their angular velocity when free; the last one is repeated."""
     tumbling: npt.NDArray[np.int32]
