@@ -7,6 +7,8 @@ The stages are those of ``step.py``, in the same order; their algorithms are in 
 
 from typing import NamedTuple
 
+import numpy as np
+
 from atlasphys.engine.broadphase.fat_boxes import has_left, near
 from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
 from atlasphys.engine.islands.sleep import list_active, list_awake, note_rest, put_to_sleep, wake_touched
@@ -35,6 +37,7 @@ from atlasphys.engine.solvers.locked import follow_turn
 from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
 from atlasphys.engine.state.manifolds import DEPTH, POINT_COLUMNS, RESTITUTION, ROLLING, TORSIONAL
+from atlasphys.engine.state.pose import refresh
 from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
@@ -69,6 +72,10 @@ from atlasphys.engine.state.work import (
     TUMBLING,
     WOKEN,
 )
+
+
+PLANE_CELL = 64.0
+"""Cell size of the lattice on which a plane's centre is taken to be [m]."""
 
 
 class Constants(NamedTuple):
@@ -118,7 +125,14 @@ def find_origins(pairs, count, old_a, old_b, old_count, old_touching, old_rows, 
 
 
 @routine
-def fill_pair_lane(lane, p, pairs, origin, body, center, old_count, lanes):
+def far_center(near_center):
+    """Where a plane's centre is taken to be, as seen from a body: near it, so that differences are exact enough in single precision, and not moving with it.
+    As the body goes from one cell of the lattice to the next, its contact is collided afresh."""
+    return PLANE_CELL * np.rint(near_center / PLANE_CELL)
+
+
+@routine
+def fill_pair_lane(lane, p, pairs, plane_side, origin, body, center, old_count, lanes):
     """Put pair p into a lane of the scratch block. Returns the rows of its bodies."""
     a, b = body[pairs[p, 0]], body[pairs[p, 1]]
     lanes.integers[PAIR_A, lane], lanes.integers[PAIR_B, lane] = a, b
@@ -127,8 +141,11 @@ def fill_pair_lane(lane, p, pairs, origin, body, center, old_count, lanes):
     lanes.integers[OLD_ROW, lane] = j if known else 0
     lanes.integers[OLD_COUNT, lane] = old_count[j] if known else 0
     lanes.integers[NEW_ROW, lane] = p
+    side = plane_side[p]
     for k in range(3):
-        lanes.delta[k, lane] = center[b, k] - center[a, k]
+        center_a = far_center(center[b, k]) if side == 1 else center[a, k]
+        center_b = far_center(center[a, k]) if side == 2 else center[b, k]
+        lanes.delta[k, lane] = center_b - center_a
     return a, b
 
 
@@ -166,7 +183,7 @@ def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work):
     work.queued[kind] = 0
     for lane in range(LANES):
         p = work.queue[kind, min(lane, number - 1)]
-        a, b = fill_pair_lane(lane, p, work.pairs, work.origin, colliders.body, bodies.center, old.count, lanes)
+        a, b = fill_pair_lane(lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes)
         lanes.integers[SWAPPED, lane] = place_lane(
             lane, kind, work.pairs[p, 0], work.pairs[p, 1], a, b, bodies, colliders.shape, shapes, lanes
         )
@@ -195,7 +212,7 @@ def recycle_queue(bodies, colliders, shapes, constants, old, new, work):
     work.queued[KINDS] = 0
     for lane in range(LANES):
         p = work.queue[KINDS, min(lane, number - 1)]
-        fill_pair_lane(lane, p, work.pairs, work.origin, colliders.body, bodies.center, old.count, lanes)
+        fill_pair_lane(lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes)
         lanes.integers[HAS_COPY, lane] = 1 if new.collided[p] == old.collided[work.origin[p]] else 0
     recycle(lanes.integers, lanes.delta, bodies.geometry, old, new, constants.recycling)
     recycled = 0
@@ -295,9 +312,13 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
         for lane in range(LANES):
             i = start + min(lane, filled - 1)
             p = work.generic[i]
-            fill_pair_lane(lane, p, work.pairs, work.origin, colliders.body, bodies.center, old.count, lanes)
-            lanes.integers[SWAPPED, lane] = 0
+            fill_pair_lane(lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes)
+            # Points are taken as seen from the body that cannot be a plane with a far-off origin.
+            from_b = work.plane_side[p] == 1
+            lanes.integers[SWAPPED, lane] = from_b
             normal = vec.load(contacts.normal, i)
+            if from_b:
+                normal = vec.neg(normal)
             points = 0
             if contacts.count[i] > 0:
                 points = reduce_points(normal, contacts.anchor_b, contacts.depth, contacts.first[i], contacts.count[i], kept)
@@ -306,7 +327,9 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
                 lanes.contact[k, lane] = normal[k]
             for k in range(points):
                 for c in range(3):
-                    lanes.contact[4 + 4 * k + c, lane] = contacts.anchor_a[kept[k], c]
+                    lanes.contact[4 + 4 * k + c, lane] = (
+                        contacts.anchor_b[kept[k], c] if from_b else contacts.anchor_a[kept[k], c]
+                    )
                 lanes.contact[7 + 4 * k, lane] = contacts.depth[kept[k]]
                 lanes.tags[k, lane] = contacts.feature[kept[k]]
         renew_lanes(work.status[STEP], filled, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
@@ -504,6 +527,12 @@ def finish(bodies, colliders, count, constants, new, remembered, work):
                     bodies.orientation[i, k] = bodies.geometry[i, 12 + k]
     if not finite:
         return False
+    # What follows from the pose is worked out in one way only, so that working it out again changes nothing.
+    for block in range(status[TUMBLING]):
+        for lane in range(LANES):
+            i = work.tumbling[block, lane]
+            if lane == 0 or i != work.tumbling[block, lane - 1]:
+                refresh(bodies, i, i + 1)
     if status[SLEEPS]:
         for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
             note_rest(

@@ -154,6 +154,7 @@ def empty_work(state: State) -> Work:
         parent=np.zeros(max(n, 1), np.int32),
         ready=np.zeros(max(n, 1), np.uint8),
         moves=np.zeros(max(n, 1), np.uint8) | (state.bodies.kind[: max(n, 1)] == DYNAMIC),
+        plane_side=np.zeros(1, np.int8),
         origin=one,
         generic=one.copy(),
         queue=np.zeros((KINDS + 1, LANES), np.int32),
@@ -193,6 +194,7 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
             pair_bodies=np.zeros((-(-capacity // LANES), 2, LANES), np.int32),
             live=np.zeros(capacity, np.int32),
             copied=np.zeros(capacity, np.uint8),
+            plane_side=np.zeros(capacity, np.int8),
             origin=np.zeros(capacity, np.int32),
             generic=np.zeros(capacity, np.int32),
             began=np.zeros((capacity, 2), np.int32),
@@ -208,6 +210,7 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
     work.copied[:count] = 0
     kinds = state.table.arrays.layout[state.colliders.shape[pairs], KIND]
     work.kinds[:count] = KIND_OF[kinds[:, 0], kinds[:, 1]]
+    work.plane_side[:count] = (kinds == PLANE) @ np.array([1, 2], np.int8)
     if state.workspace.narrowphase == "gjk_epa":  # GJK and EPA know no planes
         work.kinds[:count][(kinds != PLANE).all(axis=1)] = GENERIC_KIND
     state.workspace.work = work

@@ -90,6 +90,8 @@ class Work(NamedTuple):
     """(n,) scratch."""
     moves: npt.NDArray[np.uint8]
     """(n,) whether impulses move the body."""
+    plane_side: npt.NDArray[np.int8]
+    """(P,) 1 if the pair's first body is a plane, 2 if its second is, else 0."""
     origin: npt.NDArray[np.int32]
     """(P,) row of the pair in last step's manifolds, or −1."""
     generic: npt.NDArray[np.int32]
