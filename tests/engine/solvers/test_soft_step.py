@@ -40,7 +40,7 @@ def test_friction_stays_in_its_disk_and_totals_are_the_change_of_momentum():
     world, box = on_plane(ap.Box(size=(1, 0.2, 1)), position=(0, 0.1, 0), friction=0.25, velocity=(3, 0, 2), mass=2)
     box.angular_velocity = (0, 4, 0)
     sliding = 0
-    for i in range(60):
+    for _ in range(60):
         before = 2 * box.velocity.astype(float) + (0, -2 * G * H, 0)
         world.step(H)
         contacts = world.contacts
