@@ -36,6 +36,7 @@ from atlasphys.engine.solvers.contact_block import COUNT, MANIFOLD, ROLLS
 from atlasphys.engine.solvers.locked import follow_turn
 from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
+from atlasphys.engine.state.bodies import KINEMATIC
 from atlasphys.engine.state.manifolds import DEPTH, POINT_COLUMNS, RESTITUTION, ROLLING, TORSIONAL
 from atlasphys.engine.state.pose import refresh
 from atlasphys.engine.state.work import (
@@ -262,6 +263,13 @@ def keep_asleep(p, j, old, new, copied):
 
 
 @routine
+def is_turntable(bodies, i):
+    """Whether a body is driven round: on it the direction of a frozen arm would lag behind, and what rides on it would creep outwards."""
+    motion = bodies.motion
+    return bodies.kind[i] == KINEMATIC and (motion[i, 3] != 0 or motion[i, 4] != 0 or motion[i, 5] != 0)
+
+
+@routine
 def detect(bodies, colliders, shapes, constants, reach, old, new, work):
     """Narrow phase and manifolds of all candidate pairs, except those left to ``generic``."""
     status, pairs, origin = work.status, work.pairs, work.origin
@@ -289,7 +297,8 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work):
                 continue
             work.copied[p] = 0
             new.count[p] = 0
-            if recycling and j >= 0 and old.count[j] > 0:
+            rides = status[KINEMATIC_BODIES] and (is_turntable(bodies, a) or is_turntable(bodies, b))
+            if recycling and j >= 0 and old.count[j] > 0 and not rides:
                 work.queue[KINDS, work.queued[KINDS]] = p
                 work.queued[KINDS] += 1
                 if work.queued[KINDS] == LANES:

@@ -15,7 +15,19 @@ The impulses are gathered in the fields of the totals, which they are part of, t
 those of the gaps, until ``depart`` writes both again.
 """
 
-from atlasphys.engine.simd import absolute, any_lane, full, gather, load, maximum, minimum, select, simd_kernel, sqrt, store
+from atlasphys.engine.simd import (
+    absolute,
+    any_lane,
+    full,
+    gather,
+    load,
+    maximum,
+    minimum,
+    select,
+    simd_kernel,
+    sqrt,
+    store,
+)
 from atlasphys.engine.solvers.contact_block import COEFFICIENT, COUNT, FAR, MANIFOLD, SLIDE_TOTAL, TWIST_TOTAL
 from atlasphys.engine.solvers.soft_contact import Pair
 from atlasphys.engine.state.manifolds import DEPTH, NORMAL_IMPULSE, POINT_COLUMNS, RESTITUTION
@@ -28,6 +40,9 @@ MOST_STRIKES = 400
 
 EASED, EASE = 300, 0.9
 """After so many visits all bounces are weakened by this factor: impulses not solved to the end could gain energy."""
+
+COARSEST = 1e-3
+"""Relative error of speeds that is allowed at most. Near e = 1 it is a tenth of the loss, so that no impulse gains energy."""
 
 FINEST = {"f": 1e-6, "d": 1e-14}
 """Relative error of speeds that is asked for at e = 1, by NumPy's character for the precision."""
@@ -69,7 +84,7 @@ def aim(points, locks, block, integers, blocks, motion, inverse_mass, drives, ma
         hold = select(gap > 0, minimum(speed, -gap / step), 0)
         parts = valid & fast & (approach < 0)
         target = select(strikes & resolved, leave, select(parts, minimum(hold, e * approach), hold))
-        allowed = absolute(speed) * maximum(0.1 * (1 - e), finest)
+        allowed = absolute(speed) * maximum(minimum(0.1 * (1 - e), full(speed, COARSEST)), finest)
         judged = (strikes & resolved) | parts
         store(blocks, block, fields.impulse + k, select(valid & ~late, target, -FAR))
         store(blocks, block, fields.gap + k, select(late, full(gap, LATE), select(judged, allowed, FAR)))
