@@ -43,19 +43,23 @@ ROUND_OFF = 1 + 2.0**-20
 ROOM_OF_LARGE = 2.0**-16
 """Least room in a fat box as a part of the body's size: more than round-off, also for bodies of a hundred kilometres."""
 
+BOUNDING_RADIUS = 7
+"""Column of ``FatBoxes.bound``."""
+
 
 class FatBoxes(NamedTuple):
     """The boxes of colliders, a row for each. A collider's row is its body's."""
 
     bound: npt.NDArray[np.floating]
-    """(n, 8) the shape's box about the centre of mass, in the body's axes: 0–2 centre, 3–5 half sizes, 6 radius added all round, 7 bounding radius [m]."""
+    """(n, 8) the shape's box in the body's axes: 0–2 its centre relative to the centre of mass, 3–5 half sizes, 6 radius added all round,
+    7 bounding radius about the centre of mass [m]."""
     center: npt.NDArray[np.float64]
     """(n, 3) centre of the fat box [m]."""
     half: npt.NDArray[np.floating]
     """(n, 8) 0–2 half sizes of the fat box; 3–5 from the centre of mass to the centre of the tight box, when the fat box was made [m]."""
     reach: npt.NDArray[np.floating]
-    """(n, 8) the tight box as it is now, margin included: 0–2 its centre relative to the centre of mass, 3–5 half sizes [m]. Infinite where it is not
-    worked out: planes and static bodies."""
+    """(n, 8) the tight box as it is now, margin included: 0–2 lower and 3–5 upper corner, rounded outwards [m]. Infinite where it is not worked out: planes
+    and static bodies."""
     boxes: npt.NDArray[np.float32]
     """(n + 1, 8) the fat box for the tree: lower and upper corner, rounded outwards. The last row is empty, and so are those of planes."""
 
@@ -65,7 +69,7 @@ def empty_fat_boxes(count: int, real: npt.DTypeLike) -> FatBoxes:
     boxes = aligned_zeros((count + 1, 8), np.float32)
     boxes[:, :3], boxes[:, 3:6] = np.inf, -np.inf
     reach = aligned_zeros((count, 8), real)
-    reach[:, 3:6] = np.inf
+    reach[:, :3], reach[:, 3:6] = -np.inf, np.inf
     return FatBoxes(
         aligned_zeros((count, 8), real),
         aligned_zeros((count, 3), np.float64),
@@ -101,23 +105,25 @@ def shape_bounds(
 @simd_kernel
 def room_left(block, rows, geometry, bound, half, offset, margin, room, reach) -> bool:
     """Store the tight boxes in ``reach``, and how far the tight boxes of eight bodies, ``margin`` included, are from the nearest side of their fat boxes, −1 for NaN; return
-    whether any is outside. ``offset`` has the centres of mass relative to the fat boxes' centres."""
+    whether any is outside. ``offset`` (6, 8) has the centres of mass relative to the fat boxes' centres, and as they are."""
     index = load(rows, block)
     m = gather(geometry, index, 16)
     x, y, z, h0, h1, h2, radius, _ = gather(bound, index)
     halves = gather(half, index)
-    least, outside = None, None
-    shifts, extents = [], []
+    left, lower, upper = [], [], []
     for k in range(3):
         a, b, c = m[3 * k], m[3 * k + 1], m[3 * k + 2]
-        shifts.append(a * x + b * y + c * z)
-        extents.append((absolute(a) * h0 + absolute(b) * h1 + absolute(c) * h2 + (radius + margin)) * ROUND_OFF)
-        left = halves[k] - (absolute(load(offset, k) + shifts[k]) * ROUND_OFF + extents[k])
-        gone = ~(left >= 0.0)  # NaN also
-        least = left if least is None else minimum(left, least)
-        outside = gone if outside is None else outside | gone
+        shift = a * x + b * y + c * z
+        extent = (absolute(a) * h0 + absolute(b) * h1 + absolute(c) * h2 + (radius + margin)) * ROUND_OFF
+        left.append(halves[k] - (absolute(load(offset, k) + shift) * ROUND_OFF + extent))
+        middle = load(offset, 3 + k) + shift
+        extent = extent + 2 * (ROUND_OFF - 1) * (absolute(middle) + absolute(shift))
+        lower.append(middle - extent)
+        upper.append(middle + extent)
+    least = minimum(minimum(left[0], left[1]), left[2])
+    outside = ~((left[0] >= 0.0) & (left[1] >= 0.0) & (left[2] >= 0.0))  # NaN also
     store(room, block, select(outside & ~(least < 0.0), -1.0, least))
-    scatter(reach, index, (*shifts, *extents, h0, h1))
+    scatter(reach, index, (*lower, *upper, h0, h1))
     return any_lane(outside)
 
 
@@ -129,14 +135,15 @@ def load_offsets(block, rows, center, fat_center, offset):
         row = rows[block, lane]
         for k in range(3):
             offset[k, lane] = real(center[row, k] - fat_center[row, k])
+            offset[3 + k, lane] = real(center[row, k])
 
 
 @routine
 def has_left(first, stop, rows, center, geometry, fat, margin, offset, room):
-    """Whether any of the bodies named in the blocks ``first`` … ``stop`` − 1 of ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included.
-    Works out ``fat.reach`` of them all.
+    """Whether any of the bodies named in the blocks ``first`` … ``stop`` − 1 of ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included. Works
+    out ``fat.reach`` of them all.
 
-    ``center`` and ``geometry`` are the bodies' columns; ``offset`` (3, 8) and ``room`` (at least blocks, 8) are scratch of the bodies' precision.
+    ``center`` and ``geometry`` are the bodies' columns; ``offset`` (6, 8) and ``room`` (at least blocks, 8) are scratch of the bodies' precision.
     """
     left = False
     for block in range(first, stop):
@@ -146,13 +153,15 @@ def has_left(first, stop, rows, center, geometry, fat, margin, offset, room):
     return left
 
 
-@routine
-def apart(a, b, delta, reach):
-    """Whether the tight boxes of two bodies do not touch; ``delta`` leads from the centre of mass of a to that of b."""
+@simd_kernel
+def near(block, pair_bodies, reach) -> int:
+    """Which of eight pairs of bodies have tight boxes that touch: a bit for each."""
+    a, b = load(pair_bodies, block, 0), load(pair_bodies, block, 1)
+    box_a, box_b = gather(reach, a), gather(reach, b)
+    touch = a == a
     for k in range(3):
-        if abs(delta[k] + reach[b, k] - reach[a, k]) > reach[a, 3 + k] + reach[b, 3 + k]:
-            return True
-    return False
+        touch = touch & (box_a[k] <= box_b[3 + k]) & (box_b[k] <= box_a[3 + k])
+    return touch
 
 
 @kernel
@@ -208,7 +217,7 @@ def fatten(rows, changed, kind, center, geometry, motion, h, margin, fattening, 
             for j in range(3):
                 shift += np.float64(geometry[i, 3 * k + j]) * bound[i, j]
                 extent += abs(np.float64(geometry[i, 3 * k + j])) * bound[i, 3 + j]
-            move = min(max(motion[i, k] * ahead, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
+            move = min(max(np.float64(motion[i, k]) * ahead, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
             room = max(fattening, ROOM_OF_LARGE * extent) + SPEED_SHARE * abs(move)
             room += min(turn * reach, reach + abs(shift) - extent)
             middle = center[i, k] + shift + 0.5 * move

@@ -19,37 +19,34 @@ COLOURS = 64
 
 
 @routine
-def colour_contacts(a, b, count, rows, body, inverse_mass, used, colours, sizes):
-    """Give each of the manifolds 0 … rows − 1 that has points a colour, or −1, and count them.
+def colour_contacts(a, b, count, live, number, body, moves, used, colours, sizes):
+    """Give the first ``number`` of the manifolds ``live`` their colours, and count them.
 
-    ``used`` (bodies,) uint64 is scratch. ``sizes`` (2, COLOURS + 1) receives the number of contacts per class (0: one point; 1: more) and colour.
+    ``moves`` says which bodies impulses move; ``used`` (bodies,) uint64 is scratch. ``sizes`` (2, COLOURS + 1) receives the number of contacts per class (0: one point; 1: more) and colour.
     """
     one = np.uint64(1)
     full = ~np.uint64(0)
     used[:] = np.uint64(0)
     sizes[:] = 0
-    for i in range(rows):
-        colours[i] = -1
-        if count[i] > 0:
-            row_a, row_b = body[a[i]], body[b[i]]
-            moves_a, moves_b = inverse_mass[row_a, 6] > 0, inverse_mass[row_b, 6] > 0
-            taken = np.uint64(0)
-            if moves_a:
-                taken |= used[row_a]
-            if moves_b:
-                taken |= used[row_b]
-            colour = COLOURS
-            if taken != full:
-                colour = 0
-                while taken & (one << np.uint64(colour)):
-                    colour += 1
-                bit = one << np.uint64(colour)
-                if moves_a:
-                    used[row_a] |= bit
-                if moves_b:
-                    used[row_b] |= bit
-            colours[i] = colour
-            sizes[1 if count[i] > 1 else 0, colour] += 1
+    for s in range(number):
+        i = live[s]
+        row_a, row_b = body[a[i]], body[b[i]]
+        taken = np.uint64(0)
+        if moves[row_a]:
+            taken |= used[row_a]
+        if moves[row_b]:
+            taken |= used[row_b]
+        colour = COLOURS
+        if taken != full:
+            colour = 0
+            while taken & one:
+                taken >>= one
+                colour += 1
+            bit = one << np.uint64(colour)
+            used[row_a] |= bit
+            used[row_b] |= bit
+        colours[i] = colour
+        sizes[1 if count[i] > 1 else 0, colour] += 1
 
 
 @routine
@@ -65,23 +62,22 @@ def block_ranges(sizes, starts):
 
 
 @routine
-def fill_blocks(a, b, count, rows, body, inverse_mass, colours, starts, cursor, integers_one, integers_many):
+def fill_blocks(a, b, count, live, number, body, moves, colours, starts, cursor, integers_one, integers_many):
     """Write which manifold, and which bodies, each lane of each block holds. ``cursor`` (2, COLOURS + 1) is scratch."""
     for points in range(2):
         for colour in range(COLOURS + 1):
             cursor[points, colour] = LANES * starts[points, colour]
     integers_one[: starts[0, COLOURS + 1]] = 0
     integers_many[: starts[1, COLOURS + 1]] = 0
-    for i in range(rows):
+    for s in range(number):
+        i = live[s]
         colour = colours[i]
-        if colour >= 0:
-            points = 1 if count[i] > 1 else 0
-            place = cursor[points, colour]
-            cursor[points, colour] += LANES if colour == COLOURS else 1
-            block, lane = place // LANES, place % LANES
-            integers = integers_many if points else integers_one
-            row_a, row_b = body[a[i]], body[b[i]]
-            integers[block, BODY_A, lane], integers[block, BODY_B, lane] = row_a, row_b
-            integers[block, MOVES_A, lane] = 1 if inverse_mass[row_a, 6] > 0 else 0
-            integers[block, MOVES_B, lane] = 1 if inverse_mass[row_b, 6] > 0 else 0
-            integers[block, MANIFOLD, lane], integers[block, COUNT, lane] = i, count[i]
+        points = 1 if count[i] > 1 else 0
+        place = cursor[points, colour]
+        cursor[points, colour] += LANES if colour == COLOURS else 1
+        block, lane = place // LANES, place % LANES
+        integers = integers_many if points else integers_one
+        row_a, row_b = body[a[i]], body[b[i]]
+        integers[block, BODY_A, lane], integers[block, BODY_B, lane] = row_a, row_b
+        integers[block, MOVES_A, lane], integers[block, MOVES_B, lane] = moves[row_a], moves[row_b]
+        integers[block, MANIFOLD, lane], integers[block, COUNT, lane] = i, count[i]

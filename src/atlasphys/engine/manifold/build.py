@@ -119,6 +119,7 @@ def build_manifolds(contacts, pairs, bodies, colliders, old, old_count, new, end
             vec.store_columns(new.friction_impulse, i, 3 * k, rubbed)
         for c in range(PATCH_FRICTION, PATCH_ROLLING + 3):
             new.contact[i, c] = old.contact[j, c] if goes_on else zero
+        new.collided[i] = 0
         new.contact[i, IS_FRESH], new.reference[i, IS_RECYCLABLE] = 1, 0
         new.touching[i] = goes_on and old.touching[j]
         if goes_on:

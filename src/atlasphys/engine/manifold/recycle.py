@@ -6,10 +6,11 @@ hold the tower up; and a pair at rest need not be collided again. What changes e
 depth, from where the two bodies' copies of the contact point now are: depth₀ − n · e with e = (x_b + R_b l_b) − (x_a + R_a l_a).
 
 A pair is collided afresh once e exceeds ``slip`` at any of its points, either body has turned by more than ``turn``, or they have by more than
-``twist`` against each other.
+``twist`` against each other. So it is when they come together or part faster than ``speed``: frozen arms are for pairs at rest relative to each other, and would cost an
+impact's angular momentum.
 """
 
-from atlasphys.engine.simd import absolute, full, gather, load, maximum, scatter, select, simd_kernel, store, vec
+from atlasphys.engine.simd import absolute, any_lane, full, gather, load, maximum, scatter, select, simd_kernel, store, vec, when
 from atlasphys.engine.state.manifolds import (
     COLLISION_DEPTH,
     DEPTH,
@@ -24,7 +25,7 @@ from atlasphys.engine.state.manifolds import (
 )
 
 # Rows of the integers of a block of pairs: (8, 8)
-PAIR_A, PAIR_B, OLD_ROW, NEW_ROW, OLD_COUNT, SWAPPED, RESULT = range(7)
+PAIR_A, PAIR_B, OLD_ROW, NEW_ROW, OLD_COUNT, SWAPPED, RESULT, HAS_COPY = range(8)
 
 QUATERNION = 12
 """First of the columns of ``Bodies.geometry`` that hold the orientation."""
@@ -49,9 +50,9 @@ def dot4(p, q):
 def recycle(integers, delta, geometry, old, new, limits):
     """Carry eight manifolds over, where they may be recycled; RESULT of ``integers`` says for which that was done.
 
-    ``delta`` (3, 8) is x_b − x_a. ``limits``: slip² [m²]; cosines of half of turn and twist; gap beyond which there is no contact [m].
+    ``delta`` (3, 8) is x_b − x_a. ``limits``: slip² [m²]; cosines of half of turn and twist; gap beyond which there is no contact [m]; change of depth in a step [m].
     """
-    slip_squared, turn_cosine, twist_cosine, margin = limits
+    slip_squared, turn_cosine, twist_cosine, margin, change = limits
     row, count = load(integers, OLD_ROW), load(integers, OLD_COUNT)
     frame_a, frame_b = gather(geometry, load(integers, PAIR_A), 16), gather(geometry, load(integers, PAIR_B), 16)
     reference, local = gather(old.reference, row, 16), gather(old.local, row, 32)
@@ -74,8 +75,9 @@ def recycle(integers, delta, geometry, old, new, limits):
         at_b = vec.mat_mul_vec(frame_b, local[first + LOCAL_B : first + LOCAL_B + 3])
         moved = vec.sub(vec.add(between, at_b), at_a)
         valid = count > k
-        keeps = keeps & (~valid | (vec.length_squared(moved) <= slip_squared))
         depth = local[first + COLLISION_DEPTH] - vec.dot(n, moved)
+        rests = (vec.length_squared(moved) <= slip_squared) & (absolute(depth - points[first + DEPTH]) <= change)
+        keeps = keeps & (~valid | rests)
         points[first + DEPTH] = select(valid, depth, 0)
         deepest = select(valid, maximum(depth, deepest), deepest)
     keeps = keeps & (deepest >= -margin)
@@ -83,6 +85,11 @@ def recycle(integers, delta, geometry, old, new, limits):
     head = (*n, *head[3:IS_FRESH], full(n[0], 0), *head[IS_FRESH + 1 :])
     scatter(new.contact, target, head, where=keeps)
     scatter(new.points, target, tuple(points), where=keeps)
-    scatter(new.local, target, local, where=keeps)
-    scatter(new.reference, target, reference, where=keeps)
+    lacking = keeps & (load(integers, HAS_COPY) == 0)
+
+    def copy():
+        scatter(new.local, target, local, where=lacking)
+        scatter(new.reference, target, reference, where=lacking)
+
+    when(any_lane(lacking), copy)
     store(integers, RESULT, select(keeps, full(row, 1), 0))

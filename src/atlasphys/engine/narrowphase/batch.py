@@ -5,13 +5,18 @@ import numpy as np
 from atlasphys.engine.jit import routine
 from atlasphys.engine.math import mat
 from atlasphys.engine.narrowphase.lanes.box_box import box_box
+from atlasphys.engine.narrowphase.lanes.capsule_box import capsule_box
+from atlasphys.engine.narrowphase.lanes.capsule_capsule import capsule_capsule
 from atlasphys.engine.narrowphase.lanes.common import FIRST, SECOND
-from atlasphys.engine.narrowphase.lanes.plane import box_plane, sphere_plane
+from atlasphys.engine.narrowphase.lanes.plane import box_plane, capsule_plane, sphere_plane
+from atlasphys.engine.narrowphase.lanes.sphere_box import sphere_box
+from atlasphys.engine.narrowphase.lanes.sphere_capsule import sphere_capsule
 from atlasphys.engine.narrowphase.lanes.sphere_sphere import sphere_sphere
-from atlasphys.engine.shapes.table import BOX, KIND, PLANE, SPHERE
+from atlasphys.engine.shapes.table import BOX, CAPSULE, KIND, PLANE, SPHERE
 
-BOX_BOX, SPHERE_SPHERE, BOX_PLANE, SPHERE_PLANE = range(4)
-KINDS = 4
+BOX_BOX, SPHERE_SPHERE, SPHERE_BOX, SPHERE_CAPSULE, CAPSULE_CAPSULE, CAPSULE_BOX = range(6)
+BOX_PLANE, SPHERE_PLANE, CAPSULE_PLANE = range(6, 9)
+KINDS = 9
 """Kinds of pairs that are collided over lanes."""
 
 GENERIC_KIND = -1
@@ -24,7 +29,12 @@ KIND_OF = np.full((SHAPE_KINDS, SHAPE_KINDS), GENERIC_KIND, np.int8)
 for _first, _second, _kind in (
     (BOX, BOX, BOX_BOX),
     (SPHERE, SPHERE, SPHERE_SPHERE),
+    (SPHERE, BOX, SPHERE_BOX),
+    (SPHERE, CAPSULE, SPHERE_CAPSULE),
+    (CAPSULE, CAPSULE, CAPSULE_CAPSULE),
+    (CAPSULE, BOX, CAPSULE_BOX),
     (BOX, PLANE, BOX_PLANE),
+    (CAPSULE, PLANE, CAPSULE_PLANE),
     (SPHERE, PLANE, SPHERE_PLANE),
 ):
     KIND_OF[_first, _second] = KIND_OF[_second, _first] = _kind
@@ -46,7 +56,7 @@ def place_lane(lane, kind, a, b, body_a, body_b, bodies, shape, shapes, lanes):
     for k in range(4):
         lanes.place[FIRST + k, lane] = shapes.size[size_a, k]
         lanes.place[SECOND + k, lane] = shapes.size[size_b, k]
-    if kind == BOX_PLANE or kind == SPHERE_PLANE:
+    if kind >= BOX_PLANE:
         rotation = mat.load(bodies.geometry, body_b)
         n = mat.mul_vec(rotation, (shapes.size[size_b, 0], shapes.size[size_b, 1], shapes.size[size_b, 2]))
         height = -np.float64(shapes.size[size_b, 3])
@@ -67,7 +77,17 @@ def collide_lanes(kind, geometry, margin, lanes):
         box_box(lanes.pairs, geometry, lanes.place, margin, lanes.contact, lanes.tags)
     elif kind == SPHERE_SPHERE:
         sphere_sphere(lanes.pairs, geometry, lanes.place, margin, lanes.contact, lanes.tags)
+    elif kind == SPHERE_BOX:
+        sphere_box(lanes.pairs, geometry, lanes.place, margin, lanes.contact, lanes.tags)
+    elif kind == SPHERE_CAPSULE:
+        sphere_capsule(lanes.pairs, geometry, lanes.place, margin, lanes.contact, lanes.tags)
+    elif kind == CAPSULE_CAPSULE:
+        capsule_capsule(lanes.pairs, geometry, lanes.place, margin, lanes.contact, lanes.tags)
+    elif kind == CAPSULE_BOX:
+        capsule_box(lanes.pairs, geometry, lanes.place, margin, lanes.contact, lanes.tags)
     elif kind == BOX_PLANE:
         box_plane(lanes.pairs, geometry, lanes.place, margin, lanes.contact, lanes.tags)
-    else:
+    elif kind == SPHERE_PLANE:
         sphere_plane(lanes.pairs, geometry, lanes.place, margin, lanes.contact, lanes.tags)
+    else:
+        capsule_plane(lanes.pairs, geometry, lanes.place, margin, lanes.contact, lanes.tags)

@@ -29,6 +29,7 @@ class SoftStep:
         contact_recycling: keep the contact points of pairs that have barely moved since they were last collided (docs/soft_step.md). Tall stacks
             stand only with it; without it every pair is collided in every step and angular momentum is exact.
         recycle_slip: how far the two bodies' copies of a recycled contact point may part [m], for a length unit of 1 m.
+        recycle_speed: how fast the two may come together or part there [m/s], for a length unit of 1 m. Larger: impacts lose or gain angular momentum.
         recycle_turn: angle by which either body may have turned since [rad]. Larger: spinning and toppling bodies are held up.
         recycle_twist: angle by which the two may have turned against each other [rad].
 
@@ -43,6 +44,7 @@ class SoftStep:
     warm_starting: bool = True
     contact_recycling: bool = True
     recycle_slip: float = 0.05
+    recycle_speed: float = 0.2
     recycle_turn: float = math.radians(2)
     recycle_twist: float = math.radians(2)
 
@@ -54,6 +56,7 @@ class SoftStep:
             ("contact_damping", 0.0, 1e3),
             ("push_out_speed", 0.0, 1e6),
             ("recycle_slip", 0.0, 1.0),
+            ("recycle_speed", 0.0, 1e6),
             ("recycle_turn", 0.0, 0.5),
             ("recycle_twist", 0.0, 0.5),
         ):

@@ -47,6 +47,8 @@ class Manifolds(NamedTuple):
     """(m,) points in use, 0 to 4. Unused points are zero in all columns."""
     touching: npt.NDArray[np.bool_]
     """(m,) whether the pair has touched (overlapped or pushed) since the manifold began."""
+    collided: npt.NDArray[np.int64]
+    """(m,) number of the step in which the pair was last collided."""
     feature: npt.NDArray[np.int32]
     """(m, 4) which features of the two shapes met at the point."""
     contact: npt.NDArray[np.floating]
@@ -72,6 +74,7 @@ def empty_manifolds(capacity: int, real: npt.DTypeLike) -> Manifolds:
         b=aligned_zeros((m,), np.int32),
         count=aligned_zeros((m,), np.int32),
         touching=aligned_zeros((m,), np.bool_),
+        collided=aligned_zeros((m,), np.int64),
         feature=aligned_zeros((m, 4), np.int32),
         contact=aligned_zeros((m, CONTACT_COLUMNS), real),
         points=aligned_zeros((m, 4 * POINT_COLUMNS), real),

@@ -24,10 +24,19 @@ BLOCKS_ONE, BLOCKS_MANY = 9, 10  # blocks that the step's contacts take
 FORCES = 11  # some body has a force to act in the next step
 BOUNCES = 12  # some contact of this step has restitution
 KEEPS = 13  # candidate pairs hold until a body leaves its fat box; else for one step
+RENAME = 15  # tables of manifolds whose rows do not yet have the names of the candidate pairs
 CHECKED = 14  # the candidate pairs are good for the coming step
-LEFT = 15  # some body has left its fat box
-BROKEN = 16  # some number of the step is not finite
-ENTRIES = 24
+STEP = 16  # number of the coming step
+SLEEPS = 17  # bodies may fall asleep
+SLEEPERS_CHANGED = 18  # bodies were woken or put to sleep: lists of awake bodies are out of date
+PLAIN, TUMBLING = 19, 20  # blocks of the two lists of awake bodies
+KINEMATIC_BODIES = 21  # there are some
+SLEPT, WOKEN = 22, 23  # bodies that fell asleep, or were woken by contact, in the last step
+LIVE = 24  # manifolds with points between bodies of which one is active
+LEFT = 25  # some body has left its fat box
+WRONG = 26  # the last pass over bouncing contacts in which one was not solved for yet
+BROKEN = 27  # some number of the step is not finite
+ENTRIES = 32
 
 # Values of PHASE
 DETECT, TAKE_GENERIC, RESPOND = range(3)
@@ -71,6 +80,26 @@ class Work(NamedTuple):
     """(P, 2) candidate pairs, ordered."""
     kinds: npt.NDArray[np.int8]
     """(P,) which routine collides the pair."""
+    pair_bodies: npt.NDArray[np.int32]
+    """(P / 8, 2, 8) the two bodies of each pair, in blocks."""
+    copied: npt.NDArray[np.uint8]
+    """(P,) how many of the two tables of manifolds hold the pair as it sleeps."""
+    live: npt.NDArray[np.int32]
+    """(P,) pairs that have contact points in this step."""
+    active: npt.NDArray[np.uint8]
+    """(n,) whether the body may disturb others: awake and dynamic, or kinematic and moving."""
+    radius: npt.NDArray[np.floating]
+    """(n,) bounding radius about the centre of mass [m]."""
+    before: npt.NDArray[np.uint8]
+    """(n,) whether the body was active at the start of the step."""
+    parent: npt.NDArray[np.int32]
+    """(n,) scratch of union–find."""
+    ready: npt.NDArray[np.uint8]
+    """(n,) scratch."""
+    moves: npt.NDArray[np.uint8]
+    """(n,) whether impulses move the body."""
+    plane_side: npt.NDArray[np.int8]
+    """(P,) 1 if the pair's first body is a plane, 2 if its second is, else 0."""
     origin: npt.NDArray[np.int32]
     """(P,) row of the pair in last step's manifolds, or −1."""
     generic: npt.NDArray[np.int32]
@@ -93,6 +122,11 @@ class Work(NamedTuple):
     integers_many: npt.NDArray[np.int32]
     blocks_many: npt.NDArray[np.floating]
     """Blocks of manifolds of two to four points."""
+    rolls_one: npt.NDArray[np.floating]
+    rolls_many: npt.NDArray[np.floating]
+    """Rolling friction beside these blocks, see solvers/rolling_block.py; one block if no body has any."""
+    locked: npt.NDArray[np.int32] | None
+    """Rows of the bodies whose rotation is locked about some axis; None if no body has locks at all."""
     plain: npt.NDArray[np.int32]
     """(blocks, 8) bodies that keep their angular velocity when free; the last one is repeated."""
     tumbling: npt.NDArray[np.int32]
@@ -124,7 +158,7 @@ def empty_lanes(threads: int, real: npt.DTypeLike) -> Lanes:
     return Lanes(
         integers=block(8, np.int32),
         pairs=block(2, np.int32),
-        delta=block(4, real),
+        delta=block(6, real),
         place=block(16, real),
         contact=block(24, real),
         tags=block(8, np.int32),
