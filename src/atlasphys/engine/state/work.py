@@ -69,7 +69,7 @@ class Lanes(NamedTuple):
     queue: npt.NDArray[np.int32]
     """(kinds + 1, 8) pairs of each kind that wait for a block to be full."""
     queued: npt.NDArray[np.int32]
-    """(16,) how many wait."""
+    """(at least kinds + 1,) how many wait."""
 
 
 class Work(NamedTuple):
@@ -145,15 +145,13 @@ def in_blocks(rows: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
     return np.ascontiguousarray(padded.reshape(-1, LANES), np.int32)
 
 
-QUEUES = 8
-"""At least KINDS + 1 of narrowphase/batch.py."""
-
-
-def empty_lanes(threads: int, real: npt.DTypeLike) -> Lanes:
-    """Scratch for so many threads. None shares a cache line with another."""
+def empty_lanes(threads: int, kinds: int, real: npt.DTypeLike) -> Lanes:
+    """Scratch for so many threads and kinds of pairs that are collided in blocks. No thread shares a cache line with another."""
 
     def block(fields: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
         return aligned_zeros((threads, fields, LANES), dtype)
+
+    even = kinds + 2 & ~1  # at least kinds + 1
 
     return Lanes(
         integers=block(8, np.int32),
@@ -165,8 +163,8 @@ def empty_lanes(threads: int, real: npt.DTypeLike) -> Lanes:
         materials=block(4, real),
         features=block(4, np.int32),
         moved=block(8, real),
-        queue=block(QUEUES, np.int32),
-        queued=aligned_zeros((threads, 2 * LANES), np.int32),
+        queue=block(even, np.int32),
+        queued=aligned_zeros((threads, even * LANES), np.int32),
     )
 
 
