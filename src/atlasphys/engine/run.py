@@ -110,7 +110,7 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
     )
 
 
-FATTENING = 0.1
+FATTENING = 0.05
 """Room that a fat box leaves all round its body [m], for a length unit of 1 m. Smaller: pairs are looked for more often. Larger: more pairs are
 looked at that do not touch."""
 
