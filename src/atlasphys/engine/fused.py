@@ -32,10 +32,10 @@ from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lane
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
-from atlasphys.engine.solvers.contact_block import COUNT, MANIFOLD, ROLLS
 from atlasphys.engine.solvers.locked import follow_turn
 from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
+from atlasphys.engine.state.blocks import COUNT, MANIFOLD, ROLLS
 from atlasphys.engine.state.bodies import KINEMATIC
 from atlasphys.engine.state.manifolds import DEPTH, POINT_COLUMNS, RESTITUTION, ROLLING, TORSIONAL
 from atlasphys.engine.state.pose import refresh
@@ -74,7 +74,6 @@ from atlasphys.engine.state.work import (
     WOKEN,
 )
 
-
 PLANE_CELL = 64.0
 """Cell size of the lattice on which a plane's centre is taken to be [m]."""
 
@@ -104,7 +103,8 @@ class Constants(NamedTuple):
 
 @routine
 def find_origins(pairs, count, old_a, old_b, old_count, old_touching, old_rows, origin, ended):
-    """The row of each pair in last step's table, −1 if it is not there; both are ordered. Returns how many touching pairs are no longer candidates."""
+    """The row of each pair in last step's table, −1 if it is not there; both are ordered. Returns how many touching pairs are no longer
+    candidates."""
     j = lost = 0
     for p in range(count):
         a, b = pairs[p, 0], pairs[p, 1]
@@ -127,8 +127,8 @@ def find_origins(pairs, count, old_a, old_b, old_count, old_touching, old_rows, 
 
 @routine
 def far_center(near_center):
-    """Where a plane's centre is taken to be, as seen from a body: near it, so that differences are exact enough in single precision, and not moving with it.
-    As the body goes from one cell of the lattice to the next, its contact is collided afresh."""
+    """Where a plane's centre is taken to be, as seen from a body: near it, so that differences are exact enough in single precision, and not moving
+    with it. As the body goes from one cell of the lattice to the next, its contact is collided afresh."""
     return PLANE_CELL * np.rint(near_center / PLANE_CELL)
 
 
@@ -184,12 +184,16 @@ def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work):
     work.queued[kind] = 0
     for lane in range(LANES):
         p = work.queue[kind, min(lane, number - 1)]
-        a, b = fill_pair_lane(lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes)
+        a, b = fill_pair_lane(
+            lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
+        )
         lanes.integers[SWAPPED, lane] = place_lane(
             lane, kind, work.pairs[p, 0], work.pairs[p, 1], a, b, bodies, colliders.shape, shapes, lanes
         )
     collide_lanes(kind, bodies.geometry, constants.margin, lanes)
-    renew_lanes(work.status[STEP], number, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
+    renew_lanes(
+        work.status[STEP], number, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes
+    )  # fmt: skip
 
 
 @routine
@@ -213,7 +217,9 @@ def recycle_queue(bodies, colliders, shapes, constants, old, new, work):
     work.queued[KINDS] = 0
     for lane in range(LANES):
         p = work.queue[KINDS, min(lane, number - 1)]
-        fill_pair_lane(lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes)
+        fill_pair_lane(
+            lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
+        )
         lanes.integers[HAS_COPY, lane] = 1 if new.collided[p] == old.collided[work.origin[p]] else 0
     recycle(lanes.integers, lanes.delta, bodies.geometry, old, new, constants.recycling)
     recycled = 0
@@ -321,7 +327,9 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
         for lane in range(LANES):
             i = start + min(lane, filled - 1)
             p = work.generic[i]
-            fill_pair_lane(lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes)
+            fill_pair_lane(
+                lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
+            )
             # Points are taken as seen from the body that cannot be a plane with a far-off origin.
             from_b = work.plane_side[p] == 1
             lanes.integers[SWAPPED, lane] = from_b
@@ -330,7 +338,9 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
                 normal = vec.neg(normal)
             points = 0
             if contacts.count[i] > 0:
-                points = reduce_points(normal, contacts.anchor_b, contacts.depth, contacts.first[i], contacts.count[i], kept)
+                points = reduce_points(
+                    normal, contacts.anchor_b, contacts.depth, contacts.first[i], contacts.count[i], kept
+                )
             lanes.tags[4, lane] = points
             for k in range(3):
                 lanes.contact[k, lane] = normal[k]
@@ -341,7 +351,9 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
                     )
                 lanes.contact[7 + 4 * k, lane] = contacts.depth[kept[k]]
                 lanes.tags[k, lane] = contacts.feature[kept[k]]
-        renew_lanes(work.status[STEP], filled, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
+        renew_lanes(
+            work.status[STEP], filled, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes
+        )  # fmt: skip
 
 
 @routine
@@ -394,11 +406,13 @@ def aim_contacts(bodies, constants, new, work):
     """Work out what restitution asks for. Returns whether it acts in this step."""
     motion, inverse_mass, drives, acts = bodies.motion, bodies.inverse_mass, bodies.drive, False
     for block in range(work.starts[1, COLOURS + 1]):
-        if aim(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, drives, new, constants.bounce):
-            acts = True
+        acts = aim(
+            4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, drives, new, constants.bounce
+        ) or acts  # fmt: skip
     for block in range(work.starts[0, COLOURS + 1]):
-        if aim(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, drives, new, constants.bounce):
-            acts = True
+        acts = aim(
+            1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, drives, new, constants.bounce
+        ) or acts  # fmt: skip
     return acts
 
 
@@ -594,7 +608,8 @@ def run_steps(
 ):  # fmt: skip
     """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
 
-    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step builds the next ones in the other table.
+    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step
+    builds the next ones in the other table.
     """
     status = work.status
     while status[DONE] < steps:
@@ -614,8 +629,9 @@ def run_steps(
             status[SLEPT] = status[WOKEN] = 0
             if status[KEEPS]:
                 left = has_left(
-                    work.plain, status[PLAIN], bodies.center, bodies.geometry, fat, constants.margin, work.lanes.delta, work.room
-                )
+                    work.plain, status[PLAIN], bodies.center, bodies.geometry, fat, constants.margin, work.lanes.delta,
+                    work.room,
+                )  # fmt: skip
                 left |= has_left(
                     work.tumbling, status[TUMBLING], bodies.center, bodies.geometry, fat, constants.margin,
                     work.lanes.delta, work.room,
