@@ -14,7 +14,7 @@ from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused import Constants, run_steps
 from atlasphys.engine.islands.colour import COLOURS
-from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF
+from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
 from atlasphys.engine.narrowphase.dispatch import collide
 from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import KIND, PLANE
@@ -174,7 +174,7 @@ def empty_work(state: State) -> Work:
         plain=np.zeros((-(-int((~tumbles).sum()) // LANES), LANES), np.int32),
         tumbling=np.zeros((-(-int(tumbles.sum()) // LANES), LANES), np.int32),
         room=np.zeros((max(-(-len(moving) // LANES), 1), LANES), real),
-        lanes=empty_lanes(1, real),
+        lanes=empty_lanes(1, KINDS + 1, real),
     )
 
 
@@ -274,7 +274,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     if keeps and (written or len(space.tree.fat.center) != state.count):
         look_for_pairs(state, pipeline.broadphase, h)
     if len(space.work.lanes.queue) < pipeline.threads:
-        space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, state.real))
+        space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, KINDS + 1, state.real))
     wanted = chunk = 1
     completed, began = 0, time.perf_counter()
     while True:

@@ -145,12 +145,8 @@ def in_blocks(rows: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
     return np.ascontiguousarray(padded.reshape(-1, LANES), np.int32)
 
 
-QUEUES = 8
-"""At least KINDS + 1 of narrowphase/batch.py."""
-
-
-def empty_lanes(threads: int, real: npt.DTypeLike) -> Lanes:
-    """Scratch for so many threads. None shares a cache line with another."""
+def empty_lanes(threads: int, queues: int, real: npt.DTypeLike) -> Lanes:
+    """Scratch for so many threads, with so many queues of pairs each. None shares a cache line with another."""
 
     def block(fields: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
         return aligned_zeros((threads, fields, LANES), dtype)
@@ -165,7 +161,7 @@ def empty_lanes(threads: int, real: npt.DTypeLike) -> Lanes:
         materials=block(4, real),
         features=block(4, np.int32),
         moved=block(8, real),
-        queue=block(QUEUES, np.int32),
+        queue=block(queues, np.int32),
         queued=aligned_zeros((threads, 2 * LANES), np.int32),
     )
 
