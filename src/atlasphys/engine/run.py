@@ -77,8 +77,8 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
     )
     recycling = (
         (settings.recycle_slip * unit) ** 2 if settings.contact_recycling else -1.0,
-        math.cos(settings.recycle_turn / 2),
-        math.cos(settings.recycle_twist / 2),
+        (2 * math.sin(settings.recycle_turn / 4)) ** 2,
+        (2 * math.sin(settings.recycle_twist / 4)) ** 2,
         float(tolerances.margin),
     )
     ratio = min(sub / state.last_h, MOST_GROWTH) if state.last_h > 0 else 1.0

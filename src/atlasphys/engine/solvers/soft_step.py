@@ -28,9 +28,11 @@ class SoftStep:
         warm_starting: start from the impulses of the last substep. Without it stacks sag.
         contact_recycling: keep the contact points of pairs that have barely moved since they were last collided (docs/soft_step.md). Tall stacks
             stand only with it; without it every pair is collided in every step and angular momentum is exact.
-        recycle_slip: how far the two bodies' copies of a recycled contact point may part [m], for a length unit of 1 m.
-        recycle_turn: angle by which either body may have turned since [rad]. Larger: spinning and toppling bodies are held up.
-        recycle_twist: angle by which the two may have turned against each other [rad].
+        recycle_slip: how far the two bodies' copies of a recycled contact point may part along the surface [m], for a length unit of 1 m.
+            Larger: what slides over an edge is held up.
+        recycle_turn: angle by which either body may have turned since [rad]. Larger: tall stacks survive harder blows, but bodies that tip
+            over together with what they stand on do so late, by up to this angle.
+        recycle_twist: angle by which the two may have turned against each other [rad]. Larger: bodies that tip over are held up.
 
     Raises:
         InvalidArgumentError: a value is not of the right kind or out of range.
@@ -42,9 +44,9 @@ class SoftStep:
     push_out_speed: float = 3.0
     warm_starting: bool = True
     contact_recycling: bool = True
-    recycle_slip: float = 0.05
-    recycle_turn: float = math.radians(2)
-    recycle_twist: float = math.radians(2)
+    recycle_slip: float = 0.005
+    recycle_turn: float = math.radians(1)
+    recycle_twist: float = math.radians(0.3)
 
     def __post_init__(self) -> None:
         if type(self.substeps) is not int or not 1 <= self.substeps <= MOST_SUBSTEPS:
