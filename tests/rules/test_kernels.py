@@ -13,7 +13,12 @@ from tests.rules.kernels import compiled, engine_modules, kernels
 
 FLOAT_TO_DOUBLE = {
     "broadphase.brute.test_all": "heights above planes are taken from positions",
+    "broadphase.bvh.write_keys": "the curve's lattice reaches farther than single precision tells its cells apart",
+    "broadphase.fat_boxes.fatten": "fat boxes lie about positions; seldom run",
+    "broadphase.fat_boxes.flag_leavers": "ways from the middle of a fat box are differences of positions; seldom run",
     "broadphase.sweep.sweep": "heights above planes are taken from positions",
+    "broadphase.tree.keep_exact": "heights above planes are taken from positions",
+    "broadphase.tree.pairs_with_planes": "heights above planes are taken from positions",
     "narrowphase.pairs.plane_convex.plane_convex": "distances from planes are taken from positions",
     "shapes.bounds.update_bounds": "bounds are positions",
     "solvers.sequential_impulse.solve": "centres and origins are positions",
@@ -24,7 +29,12 @@ FLOAT_TO_DOUBLE = {
 
 DOUBLE_PRODUCTS = {
     "broadphase.brute.test_all",
+    "broadphase.bvh.write_keys",
+    "broadphase.fat_boxes.fatten",
+    "broadphase.fat_boxes.flag_leavers",
     "broadphase.sweep.sweep",
+    "broadphase.tree.keep_exact",
+    "broadphase.tree.pairs_with_planes",
     "narrowphase.pairs.plane_convex.plane_convex",
     "state.state.non_finite_rows",
 }

@@ -57,7 +57,7 @@ def test_a_world_without_arguments_is_the_classic_preset():
     ("arguments", "named"),
     [
         ({"solver": "soft_step"}, "'sequential_impulse'"),
-        ({"broadphase": "tree"}, "'sweep'"),
+        ({"broadphase": "octree"}, "'sweep'"),
         ({"narrowphase": "mpr"}, "'gjk_epa'"),
         ({"preset": "xpbd"}, "'classic'"),
         ({"precision": "half"}, "'double'"),

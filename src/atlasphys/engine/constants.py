@@ -28,6 +28,9 @@ MAX_CORRECTION = 0.2
 RESTITUTION_THRESHOLD = 1.0
 """Approach speed below which contacts do not bounce. Smaller: resting bodies rattle. Larger: slow bounces are lost."""
 
+SLEEP_SPEED = 0.05
+"""Speed below which a body counts as at rest. Smaller: piles that still creep never sleep. Larger: slow motion stops."""
+
 
 class Tolerances(NamedTuple):
     """The lengths above, scaled to a world's length unit."""

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from atlasphys.engine.broadphase.fat_boxes import has_left, near
 from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
+from atlasphys.engine.islands.sleep import list_active, list_awake, note_rest, put_to_sleep, wake_touched
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.manifold.build import combine_materials_lane
 from atlasphys.engine.manifold.recycle import (
@@ -28,8 +29,12 @@ from atlasphys.engine.math import vec
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
+from atlasphys.engine.solvers.bounce_block import MOST_STRIKES, aim, depart, strike
+from atlasphys.engine.solvers.contact_block import COUNT, MANIFOLD, ROLLS
+from atlasphys.engine.solvers.locked import follow_turn
+from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
-from atlasphys.engine.state.manifolds import DEPTH, NORMAL_IMPULSE, POINT_COLUMNS
+from atlasphys.engine.state.manifolds import DEPTH, POINT_COLUMNS, RESTITUTION, ROLLING, TORSIONAL
 from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
@@ -43,6 +48,8 @@ from atlasphys.engine.state.work import (
     FORCES,
     GENERIC,
     KEEPS,
+    KINEMATIC_BODIES,
+    LIVE,
     NEED_BLOCKS,
     NEED_GENERIC,
     NEED_PAIRS,
@@ -51,10 +58,16 @@ from atlasphys.engine.state.work import (
     PAIRS_CHANGED,
     PARITY,
     PHASE,
+    PLAIN,
     RENAME,
     RESPOND,
+    SLEEPERS_CHANGED,
+    SLEEPS,
+    SLEPT,
     STEP,
     TAKE_GENERIC,
+    TUMBLING,
+    WOKEN,
 )
 
 
@@ -64,12 +77,16 @@ class Constants(NamedTuple):
     h: float
     """Length of a substep [s]."""
     substeps: int
+    slow: float
+    """Speed below which a body counts as at rest [m/s]."""
     gravity: tuple[float, float, float]
     ratio: float
     """Factor on last step's impulses."""
     soft: tuple[float, float, float, float, float, float, float, float]
     """See solvers/soft_contact.py."""
-    recycling: tuple[float, float, float, float]
+    bounce: tuple[float, float, float, float, float]
+    """See solvers/bounce_block.py."""
+    recycling: tuple[float, float, float, float, float]
     """See manifold/recycle.py."""
     margin: float
     match_distance: float
@@ -197,6 +214,37 @@ def recycle_queue(bodies, colliders, shapes, constants, old, new, work):
 
 
 @routine
+def list_bodies(bodies, count, work):
+    """List the bodies that are to be moved, and those that may disturb others."""
+    status = work.status
+    list_active(bodies.kind, bodies.island, bodies.motion, count, work.active)
+    status[PLAIN], status[TUMBLING] = list_awake(
+        bodies.kind, bodies.island, bodies.frame, count, work.plain, work.tumbling
+    )
+
+
+@routine
+def keep_asleep(p, j, old, new, copied):
+    """The manifold of two bodies that neither move nor are disturbed stays as it is."""
+    if copied[p] >= 2:
+        return
+    copied[p] += 1
+    new.count[p] = old.count[j] if j >= 0 else 0
+    if new.count[p] > 0:
+        new.touching[p], new.collided[p] = old.touching[j], old.collided[j]
+        for k in range(4):
+            new.feature[p, k] = old.feature[j, k]
+        for k in range(16):
+            new.contact[p, k], new.reference[p, k] = old.contact[j, k], old.reference[j, k]
+        for k in range(32):
+            new.points[p, k], new.local[p, k] = old.points[j, k], old.local[j, k]
+        for k in range(8):
+            new.total[p, k] = old.total[j, k]
+        for k in range(12):
+            new.friction_impulse[p, k] = old.friction_impulse[j, k]
+
+
+@routine
 def detect(bodies, colliders, shapes, constants, reach, old, new, work):
     """Narrow phase and manifolds of all candidate pairs, except those left to ``generic``."""
     status, pairs, origin = work.status, work.pairs, work.origin
@@ -212,19 +260,24 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work):
         status[RENAME] -= 1
         for p in range(count):
             new.a[p], new.b[p], new.collided[p] = pairs[p, 0], pairs[p, 1], -1
-    new.count[:count] = 0
     for start in range(0, count, LANES):
-        if status[KEEPS]:
-            near(start // LANES, work.pair_bodies, reach, work.near)
+        block = start // LANES
+        touching = near(block, work.pair_bodies, reach) if status[KEEPS] else -1
         for lane in range(min(LANES, count - start)):
             p = start + lane
             j = origin[p]
+            a, b = work.pair_bodies[block, 0, lane], work.pair_bodies[block, 1, lane]
+            if not (work.active[a] or work.active[b]):
+                keep_asleep(p, j, old, new, work.copied)
+                continue
+            work.copied[p] = 0
+            new.count[p] = 0
             if recycling and j >= 0 and old.count[j] > 0:
                 work.queue[KINDS, work.queued[KINDS]] = p
                 work.queued[KINDS] += 1
                 if work.queued[KINDS] == LANES:
                     recycle_queue(bodies, colliders, shapes, constants, old, new, work)
-            elif work.near[0, lane]:
+            elif touching & (1 << lane):
                 enqueue(p, bodies, colliders, shapes, constants, old, new, work)
     if work.queued[KINDS] > 0:
         recycle_queue(bodies, colliders, shapes, constants, old, new, work)
@@ -260,78 +313,184 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
 
 
 @routine
-def list_live(count, rows, live):
-    """List the manifolds that have points; return how many."""
+def list_live(count, rows, pair_bodies, active, live):
+    """List the manifolds that have points and an active body; return how many."""
     number = 0
     for i in range(rows):
         if count[i] > 0:
-            live[number] = i
-            number += 1
+            block, lane = i // LANES, i % LANES
+            if active[pair_bodies[block, 0, lane]] or active[pair_bodies[block, 1, lane]]:
+                live[number] = i
+                number += 1
     return number
 
 
 @routine
-def substep_contacts(relax, motion, inverse_mass, soft, work):
-    """One pass over all contacts, colour by colour."""
+def prepare_contacts(bodies, constants, new, work):
+    """Write the blocks of all contacts. Returns whether one of them has restitution."""
+    inverse_mass, ratio, bounces = bodies.inverse_mass, constants.ratio, False
+    for block in range(work.starts[1, COLOURS + 1]):
+        if prepare(4, work.locked, block, work.integers_many, work.blocks_many, new, inverse_mass, ratio):
+            bounces = note_materials(4, block, work.integers_many, work.rolls_many, new) or bounces
+            if work.integers_many[block, ROLLS, 0]:
+                prepare_rolling(
+                    block, work.integers_many, work.blocks_many, work.rolls_many, new, inverse_mass, ratio
+                )  # fmt: skip
+    for block in range(work.starts[0, COLOURS + 1]):
+        if prepare(1, work.locked, block, work.integers_one, work.blocks_one, new, inverse_mass, ratio):
+            bounces = note_materials(1, block, work.integers_one, work.rolls_one, new) or bounces
+            if work.integers_one[block, ROLLS, 0]:
+                prepare_rolling(block, work.integers_one, work.blocks_one, work.rolls_one, new, inverse_mass, ratio)
+    return bounces
+
+
+@routine
+def note_materials(points, block, integers, rolls, new):
+    """Note in a block whether it has rolling friction. Returns whether it has restitution."""
+    bounces = False
+    for lane in range(LANES):
+        if integers[block, COUNT, lane] > 0:
+            i = integers[block, MANIFOLD, lane]
+            bounces = bounces or new.contact[i, RESTITUTION] > 0
+            if new.contact[i, ROLLING] > 0 or (points == 1 and new.contact[i, TORSIONAL] > 0):
+                integers[block, ROLLS, 0] = 1 if block < len(rolls) else 0
+    return bounces
+
+
+@routine
+def aim_contacts(bodies, constants, new, work):
+    """Work out what restitution asks for. Returns whether it acts in this step."""
+    motion, inverse_mass, drives, acts = bodies.motion, bodies.inverse_mass, bodies.drive, False
+    for block in range(work.starts[1, COLOURS + 1]):
+        if aim(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, drives, new, constants.bounce):
+            acts = True
+    for block in range(work.starts[0, COLOURS + 1]):
+        if aim(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, drives, new, constants.bounce):
+            acts = True
+    return acts
+
+
+@routine
+def strike_contacts(motion, inverse_mass, work):
+    """One pass over all contacts, colour by colour. Returns whether a bounce was not solved for yet."""
+    starts, wrong = work.starts, False
+    for colour in range(COLOURS + 1):
+        for block in range(starts[1, colour], starts[1, colour + 1]):
+            if strike(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass):
+                wrong = True
+        for block in range(starts[0, colour], starts[0, colour + 1]):
+            if strike(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass):
+                wrong = True
+    return wrong
+
+
+@routine
+def bounce_contacts(bodies, constants, new, work):
+    """Resolve the impacts of contacts with restitution."""
+    motion, inverse_mass = bodies.motion, bodies.inverse_mass
+    if aim_contacts(bodies, constants, new, work):
+        for _ in range(MOST_STRIKES):
+            if not strike_contacts(motion, inverse_mass, work):
+                break
+    for block in range(work.starts[1, COLOURS + 1]):
+        depart(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, new, constants.ratio)
+    for block in range(work.starts[0, COLOURS + 1]):
+        depart(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, new, constants.ratio)
+
+
+@routine
+def start_contacts(motion, inverse_mass, work):
+    """Apply the impulses that the last substep ended with."""
     starts = work.starts
     for colour in range(COLOURS + 1):
         for block in range(starts[1, colour], starts[1, colour + 1]):
+            warm_start(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass)
+            if work.integers_many[block, ROLLS, 0]:
+                start_rolling(
+                    4, block, work.integers_many, work.blocks_many, work.rolls_many, motion, inverse_mass
+                )  # fmt: skip
+        for block in range(starts[0, colour], starts[0, colour + 1]):
+            warm_start(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass)
+            if work.integers_one[block, ROLLS, 0]:
+                start_rolling(1, block, work.integers_one, work.blocks_one, work.rolls_one, motion, inverse_mass)
+
+
+@routine
+def solve_contacts(relax, motion, inverse_mass, soft, work):
+    """One pass over all contacts, colour by colour."""
+    starts = work.starts
+    counts = soft[0] - soft[0] + (1 if relax else 0)
+    for colour in range(COLOURS + 1):
+        for block in range(starts[1, colour], starts[1, colour + 1]):
             if relax:
-                solve(4, 0, 1, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+                solve(4, work.locked, 1, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
             else:
-                solve(4, 0, 0, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+                solve(4, work.locked, 0, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+            if work.integers_many[block, ROLLS, 0]:
+                solve_rolling(
+                    4, block, work.integers_many, work.blocks_many, work.rolls_many, motion, inverse_mass, counts
+                )  # fmt: skip
         for block in range(starts[0, colour], starts[0, colour + 1]):
             if relax:
-                solve(1, 0, 1, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+                solve(1, work.locked, 1, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
             else:
-                solve(1, 0, 0, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+                solve(1, work.locked, 0, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+            if work.integers_one[block, ROLLS, 0]:
+                solve_rolling(
+                    1, block, work.integers_one, work.blocks_one, work.rolls_one, motion, inverse_mass, counts
+                )  # fmt: skip
+
+
+@routine
+def store_contacts(new, work):
+    """Write the impulses to the manifolds."""
+    for block in range(work.starts[1, COLOURS + 1]):
+        store_impulses(4, block, work.integers_many, work.blocks_many, new)
+        if work.integers_many[block, ROLLS, 0]:
+            store_rolling(block, work.integers_many, work.blocks_many, work.rolls_many, new)
+    for block in range(work.starts[0, COLOURS + 1]):
+        store_impulses(1, block, work.integers_one, work.blocks_one, new)
+        if work.integers_one[block, ROLLS, 0]:
+            store_rolling(block, work.integers_one, work.blocks_one, work.rolls_one, new)
 
 
 @routine
 def respond(bodies, constants, new, work):
     """The solver stage: impulses and motion in all substeps."""
-    motion, geometry, inverse_mass = bodies.motion, bodies.geometry, bodies.inverse_mass
-    starts, h = work.starts, constants.h
+    motion, geometry, inverse_mass, h = bodies.motion, bodies.geometry, bodies.inverse_mass, constants.h
+    status = work.status
     plain, tumbling = work.plain, work.tumbling
-    for rows in (plain, tumbling):
-        for block in range(len(rows)):
+    for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
+        for block in range(blocks):
             drive(
-                0, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, bodies.drive,
+                work.locked, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, bodies.drive,
                 constants.gravity, h,
             )  # fmt: skip
-    many, one = starts[1, COLOURS + 1], starts[0, COLOURS + 1]
-    for block in range(many):
-        prepare(4, 0, block, work.integers_many, work.blocks_many, new, inverse_mass, constants.ratio)
-    for block in range(one):
-        prepare(1, 0, block, work.integers_one, work.blocks_one, new, inverse_mass, constants.ratio)
+    if prepare_contacts(bodies, constants, new, work):
+        bounce_contacts(bodies, constants, new, work)
     for _ in range(constants.substeps):
-        for rows in (plain, tumbling):
-            for block in range(len(rows)):
+        for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
+            for block in range(blocks):
                 gain_speed(block, rows, motion, bodies.drive)
-        for colour in range(COLOURS + 1):
-            for block in range(starts[1, colour], starts[1, colour + 1]):
-                warm_start(4, 0, block, work.integers_many, work.blocks_many, motion, inverse_mass)
-            for block in range(starts[0, colour], starts[0, colour + 1]):
-                warm_start(1, 0, block, work.integers_one, work.blocks_one, motion, inverse_mass)
-        substep_contacts(False, motion, inverse_mass, constants.soft, work)
-        for block in range(len(plain)):
+        start_contacts(motion, inverse_mass, work)
+        solve_contacts(False, motion, inverse_mass, constants.soft, work)
+        for block in range(status[PLAIN]):
             move(block, plain, motion, geometry, h)
-        for block in range(len(tumbling)):
+        for block in range(status[TUMBLING]):
             tumble(block, tumbling, motion, geometry, bodies.mass, bodies.frame, inverse_mass, h)
-        substep_contacts(True, motion, inverse_mass, constants.soft, work)
-    for block in range(many):
-        store_impulses(4, block, work.integers_many, work.blocks_many, new)
-    for block in range(one):
-        store_impulses(1, block, work.integers_one, work.blocks_one, new)
+        follow_turn(work.locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
+        solve_contacts(True, motion, inverse_mass, constants.soft, work)
+    store_contacts(new, work)
 
 
 @routine
-def finish(bodies, remembered, work):
-    """Poses at the end of the step. Returns whether all is finite; only then is the step remembered."""
+def finish(bodies, colliders, count, constants, new, remembered, work):
+    """Poses at the end of the step, and sleep. Returns whether all is finite; only then is the step remembered."""
+    status = work.status
     moved = work.lanes.moved
     finite = True
-    for rows in (work.plain, work.tumbling):
-        for block in range(len(rows)):
+    for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
+        for block in range(blocks):
             finite = settle(block, rows, bodies.motion, bodies.geometry, bodies.frame, moved) and finite
             for lane in range(LANES):
                 i = rows[block, lane]
@@ -344,8 +503,20 @@ def finish(bodies, remembered, work):
                     bodies.orientation[i, k] = bodies.geometry[i, 12 + k]
     if not finite:
         return False
-    for rows in (work.plain, work.tumbling):
-        for block in range(len(rows)):
+    if status[SLEEPS]:
+        for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
+            note_rest(
+                rows, blocks, bodies.kind, bodies.motion, bodies.response, work.radius, constants.slow,
+                constants.h * constants.substeps, bodies.rest,
+            )  # fmt: skip
+        status[SLEPT] = put_to_sleep(
+            new.a, new.b, work.live, status[LIVE], colliders.body, bodies.kind, bodies.island, bodies.rest, bodies.motion,
+            work.active, count, work.parent, work.ready,
+        )  # fmt: skip
+        if status[SLEPT]:
+            status[SLEEPERS_CHANGED] = 1
+    for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
+        for block in range(blocks):
             for lane in range(LANES):
                 i = rows[block, lane]
                 for k in range(3):
@@ -380,11 +551,11 @@ def note_events(new, old, work):
 
 @kernel
 def run_steps(
-    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, fat_rows, fat, constants, work, steps
+    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, count, fat, constants, work, steps
 ):  # fmt: skip
     """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
 
-    ``fat_rows`` and ``fat`` are the fat boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step builds the next ones in the other table.
+    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step builds the next ones in the other table.
     """
     status = work.status
     while status[DONE] < steps:
@@ -393,10 +564,23 @@ def run_steps(
         else:
             old, new = table_1, table_0
         if status[PHASE] == DETECT:
+            if status[SLEEPERS_CHANGED]:
+                list_bodies(bodies, count, work)
+                status[SLEEPERS_CHANGED] = 0
+            elif status[KINEMATIC_BODIES]:
+                list_active(bodies.kind, bodies.island, bodies.motion, count, work.active)
+            if status[SLEEPS]:
+                for i in range(count):
+                    work.before[i] = work.active[i]
+            status[SLEPT] = status[WOKEN] = 0
             if status[KEEPS]:
                 left = has_left(
-                    fat_rows, bodies.center, bodies.geometry, fat, constants.margin, work.lanes.delta, work.room
+                    work.plain, status[PLAIN], bodies.center, bodies.geometry, fat, constants.margin, work.lanes.delta, work.room
                 )
+                left |= has_left(
+                    work.tumbling, status[TUMBLING], bodies.center, bodies.geometry, fat, constants.margin,
+                    work.lanes.delta, work.room,
+                )  # fmt: skip
                 if left and not status[CHECKED]:
                     return NEED_PAIRS
             elif not status[CHECKED]:
@@ -410,7 +594,16 @@ def run_steps(
         if status[PHASE] == TAKE_GENERIC:
             take_generic(bodies, colliders, constants, contacts, kept, old, new, work)
             status[PHASE] = RESPOND
-        live = list_live(new.count, status[PAIRS], work.live)
+        live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
+        if status[SLEEPS]:
+            status[WOKEN] += wake_touched(
+                new.a, new.b, work.live, live, colliders.body, bodies.kind, bodies.island, bodies.rest, work.active, count,
+                work.ready,
+            )  # fmt: skip
+            if status[WOKEN]:
+                list_bodies(bodies, count, work)
+                live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
+        status[LIVE] = live
         colour_contacts(
             new.a, new.b, new.count, work.live, live, colliders.body, work.moves, work.used, work.colours, work.sizes
         )
@@ -423,7 +616,7 @@ def run_steps(
             work.integers_one, work.integers_many,
         )  # fmt: skip
         respond(bodies, constants, new, work)
-        if not finish(bodies, remembered, work):
+        if not finish(bodies, colliders, count, constants, new, remembered, work):
             return DIVERGED
         note_events(new, old, work)
         if status[FORCES]:

@@ -10,7 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from atlasphys.engine.broadphase import BROADPHASES
+from atlasphys.engine.broadphase.fat_boxes import BOUNDING_RADIUS, shape_bounds
 from atlasphys.engine.broadphase.tree import FatTree
+from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused import Constants, run_steps
 from atlasphys.engine.islands.colour import COLOURS
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
@@ -18,12 +20,14 @@ from atlasphys.engine.narrowphase.dispatch import collide
 from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import KIND, PLANE
 from atlasphys.engine.simd import LANES
+from atlasphys.engine.solvers.bounce_block import FINEST
 from atlasphys.engine.solvers.contact_block import INTEGERS, Fields
+from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
-from atlasphys.engine.state.bodies import DYNAMIC, STATIC
+from atlasphys.engine.state.bodies import DYNAMIC, KINEMATIC, STATIC
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
-from atlasphys.engine.state.pose import refresh
+from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
 from atlasphys.engine.state.state import State
 from atlasphys.engine.state.work import (
     BEGAN,
@@ -47,7 +51,12 @@ from atlasphys.engine.state.work import (
     PARITY,
     PHASE,
     RENAME,
+    SLEEPERS_CHANGED,
+    SLEEPS,
+    SLEPT,
     STEP,
+    WOKEN,
+    KINEMATIC_BODIES,
     Work,
     empty_lanes,
     in_blocks,
@@ -75,20 +84,24 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         *softness(2 * frequency, settings.contact_damping, sub),
         settings.push_out_speed * unit,
     )
+    bounce = (environment.restitution_threshold, h, sub, float(tolerances.slop), FINEST[state.real.char])
     recycling = (
         (settings.recycle_slip * unit) ** 2 if settings.contact_recycling else -1.0,
         (2 * math.sin(settings.recycle_turn / 4)) ** 2,
         (2 * math.sin(settings.recycle_twist / 4)) ** 2,
         float(tolerances.margin),
+        settings.recycle_speed * unit * h,
     )
     ratio = min(sub / state.last_h, MOST_GROWTH) if state.last_h > 0 else 1.0
     ratio = ratio if settings.warm_starting else 0.0
     return Constants(
         h=real(sub),
         substeps=settings.substeps,
+        slow=real(SLEEP_SPEED * unit),
         gravity=tuple(real(g) for g in environment.gravity),  # type: ignore[arg-type]
         ratio=real(ratio),
         soft=tuple(real(x) for x in soft),  # type: ignore[arg-type]
+        bounce=tuple(real(x) for x in bounce),  # type: ignore[arg-type]
         recycling=tuple(real(x) for x in recycling),  # type: ignore[arg-type]
         margin=tolerances.margin,
         match_distance=real(tolerances.match_distance),
@@ -102,12 +115,18 @@ FATTENING = 0.1
 looked at that do not touch."""
 
 
+EMPTY: npt.NDArray[np.intp] = np.empty(0, np.intp)
+
+
 class Workspace:
     """What the fused step keeps between steps and can derive from the state at any time."""
 
     def __init__(self, state: State, narrowphase: str) -> None:
         self.narrowphase = narrowphase
         self.work = empty_work(state)
+        n = state.count
+        bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
+        self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]
         self.work.status[OLD_ROWS] = state.manifold_count
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
         self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
@@ -118,6 +137,8 @@ def empty_work(state: State) -> Work:
     n = state.count
     moving = np.flatnonzero(state.bodies.kind[:n] != STATIC)
     tumbles = state.bodies.frame[moving, 3] > 0
+    dynamic = state.bodies.kind[:n] == DYNAMIC
+    locks = np.where(dynamic, state.bodies.locks[:n], 0)
     real = state.real
     one = np.zeros(1, np.int32)
     return Work(
@@ -125,8 +146,13 @@ def empty_work(state: State) -> Work:
         pairs=np.zeros((1, 2), np.int32),
         kinds=np.zeros(1, np.int8),
         pair_bodies=np.zeros((1, 2, LANES), np.int32),
-        near=np.zeros((1, LANES), np.int32),
+        copied=np.zeros(1, np.uint8),
         live=one.copy(),
+        active=np.zeros(max(n, 1), np.uint8),
+        before=np.zeros(max(n, 1), np.uint8),
+        radius=np.zeros(max(n, 1), real),
+        parent=np.zeros(max(n, 1), np.int32),
+        ready=np.zeros(max(n, 1), np.uint8),
         moves=np.zeros(max(n, 1), np.uint8) | (state.bodies.kind[: max(n, 1)] == DYNAMIC),
         origin=one,
         generic=one.copy(),
@@ -143,9 +169,12 @@ def empty_work(state: State) -> Work:
         blocks_one=aligned_zeros((1, Fields(1).number, LANES), real),
         integers_many=aligned_zeros((1, INTEGERS, LANES), np.int32),
         blocks_many=aligned_zeros((1, Fields(4).number, LANES), real),
-        plain=in_blocks(moving[~tumbles]),
-        tumbling=in_blocks(moving[tumbles]),
-        room=np.zeros((1, LANES), real),
+        rolls_one=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
+        rolls_many=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
+        locked=np.flatnonzero(locks & ROTATION_LOCKS).astype(np.int32) if locks.any() else None,
+        plain=np.zeros((-(-int((~tumbles).sum()) // LANES), LANES), np.int32),
+        tumbling=np.zeros((-(-int(tumbles.sum()) // LANES), LANES), np.int32),
+        room=np.zeros((max(-(-len(moving) // LANES), 1), LANES), real),
         lanes=empty_lanes(real),
     )
 
@@ -163,6 +192,7 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
             kinds=np.zeros(capacity, np.int8),
             pair_bodies=np.zeros((-(-capacity // LANES), 2, LANES), np.int32),
             live=np.zeros(capacity, np.int32),
+            copied=np.zeros(capacity, np.uint8),
             origin=np.zeros(capacity, np.int32),
             generic=np.zeros(capacity, np.int32),
             began=np.zeros((capacity, 2), np.int32),
@@ -175,6 +205,7 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
     bodies[:count] = state.colliders.body[pairs]
     work.pair_bodies[:blocks] = bodies.reshape(blocks, LANES, 2).transpose(0, 2, 1)
     status[RENAME] = 2
+    work.copied[:count] = 0
     kinds = state.table.arrays.layout[state.colliders.shape[pairs], KIND]
     work.kinds[:count] = KIND_OF[kinds[:, 0], kinds[:, 1]]
     if state.workspace.narrowphase == "gjk_epa":  # GJK and EPA know no planes
@@ -192,8 +223,6 @@ def look_for_pairs(state: State, broadphase: str, h: float) -> None:
     if broadphase == "tree":
         if space.tree.update(state.bodies, state.colliders, shapes, state.count, h, margin):
             renew_pairs(state, space.tree.pairs)
-            if len(space.work.room) < len(space.tree.rows):
-                space.work = space.work._replace(room=np.zeros((len(space.tree.rows), LANES), state.real))
     else:
         update_bounds(state.bodies, state.colliders, shapes, state.count, margin)
         state.pairs, count = BROADPHASES[broadphase](state.bodies, state.colliders, shapes, state.count, state.pairs)
@@ -204,6 +233,7 @@ def look_for_pairs(state: State, broadphase: str, h: float) -> None:
 def grow_blocks(state: State) -> None:
     """Room for the blocks that the step needs."""
     work = state.workspace.work
+    rolls = bool((state.colliders.material[: state.count, 2:4] > 0).any())
     for name, entry in (("one", BLOCKS_ONE), ("many", BLOCKS_MANY)):
         needed = int(work.status[entry])
         blocks = getattr(work, "blocks_" + name)
@@ -212,6 +242,7 @@ def grow_blocks(state: State) -> None:
             work = work._replace(
                 **{
                     "blocks_" + name: aligned_zeros((capacity, *blocks.shape[1:]), state.real),
+                    "rolls_" + name: aligned_zeros((capacity if rolls else 1, ROLLING_FIELDS, LANES), state.real),
                     "integers_" + name: aligned_zeros((capacity, INTEGERS, LANES), np.int32),
                 }
             )
@@ -224,7 +255,8 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     values = constants(state, settings, h)
     shapes, margin, keeps = state.table.arrays, state.tolerances.margin, pipeline.broadphase == "tree"
     profile = Profile()
-    if state.stale:
+    written = state.stale
+    if written:
         refresh(state.bodies, 0, state.count)
         state.stale = False
     if state.workspace is not None and state.workspace.narrowphase != pipeline.narrowphase:
@@ -236,8 +268,9 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     status[KEEPS], status[DONE], status[FORCES] = keeps, 0, state.forced
     state.forced = False
     status[CHECKED], status[PHASE], status[STEP] = 0, DETECT, state.steps + 1
-    space.work.near[:] = 1
-    if keeps and len(space.tree.fat.center) != state.count:
+    status[SLEEPS], status[SLEEPERS_CHANGED] = pipeline.sleeping, 1
+    status[KINEMATIC_BODIES] = (state.bodies.kind[: state.count] == KINEMATIC).any()
+    if keeps and (written or len(space.tree.fat.center) != state.count):
         look_for_pairs(state, pipeline.broadphase, h)
     wanted = chunk = 1
     completed, began = 0, time.perf_counter()
@@ -245,7 +278,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
         start = time.perf_counter()
         answer = run_steps(
             state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered, state.contacts,
-            space.kept, space.tree.rows, space.tree.fat, values, space.work, wanted,
+            space.kept, state.count, space.tree.fat, values, space.work, wanted,
         )  # fmt: skip
         status = space.work.status
         if status[PARITY]:
@@ -283,4 +316,8 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     profile["solver"] = (time.perf_counter() - began) / max(steps, 1)
     state.began = space.work.began[: status[BEGAN]].copy()
     state.ended = space.work.ended[: status[ENDED]].copy()
+    moved = state.bodies.kind[: state.count] == DYNAMIC
+    before, now = space.work.before[: state.count], space.work.active[: state.count]
+    state.slept = np.flatnonzero(moved & (before > now)) if status[SLEPT] else EMPTY
+    state.woke = np.flatnonzero(moved & (before < now)) if status[WOKEN] else EMPTY
     return profile

@@ -26,6 +26,7 @@ class Pipeline:
     solver: str
     solver_settings: Any
     threads: int = 1
+    sleeping: bool = False
 
 
 class DivergedError(ArithmeticError):

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from atlasphys.engine.shapes.shape import Shape
-from atlasphys.engine.state.bodies import DYNAMIC, KINDS, STATIC
+from atlasphys.engine.state.bodies import AWAKE, DYNAMIC, KINDS, STATIC
 from atlasphys.engine.state.pose import refresh
 from atlasphys.errors import InvalidArgumentError, RemovedBodyError
 from atlasphys.world.arguments import LOCKS, bits, bounded_vector, in_range, lock_bits, unit_quaternion
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from atlasphys.world.world import World
 
 FRICTION, RESTITUTION, ROLLING, TORSIONAL = range(4)
-GRAVITY_SCALE, LINEAR_DAMPING, ANGULAR_DAMPING = range(3)
+GRAVITY_SCALE, LINEAR_DAMPING, ANGULAR_DAMPING, NEVER_SLEEPS = range(4)
 
 COEFFICIENTS = {
     "friction": (FRICTION, 0.0, 1e6),
@@ -194,6 +194,29 @@ class Body:
         if self._world._state.bodies.kind[self.row] == STATIC:
             raise InvalidArgumentError(f"{name} of a static body is always zero; make the body kinematic to move it")
 
+    # Sleep -----------------------------------------------------------------------------------------------------------
+
+    @property
+    def asleep(self) -> bool:
+        """Whether the body sleeps: it rests, with all that it touches, and is left out until something disturbs them."""
+        return bool(self._world._state.bodies.island[self.row] != AWAKE)
+
+    def wake(self) -> None:
+        """Wake the body and its island. Setting its state or properties, forces, contact with a moving body and the removal of a neighbour do so too."""
+        self._world._state.wake(self.row)
+
+    @property
+    def may_sleep(self) -> bool:
+        """Whether the body may fall asleep, if its world lets bodies sleep. Assign False to keep it and what it touches awake."""
+        return bool(self._world._state.bodies.response[self.row, NEVER_SLEEPS] == 0)
+
+    @may_sleep.setter
+    def may_sleep(self, value: object) -> None:
+        if type(value) is not bool:
+            raise InvalidArgumentError(f"may_sleep must be True or False (got {value!r})")
+        self._world._state.bodies.response[self.row, NEVER_SLEEPS] = not value
+        self._world._state.wake(self.row)
+
     # Forces ----------------------------------------------------------------------------------------------------------
 
     def apply_force(self, force: object, at: object = None) -> None:
@@ -206,6 +229,7 @@ class Body:
         row, vector, arm = self._push("force", force, at)
         applied = self._world._state.bodies.force
         self._world._state.forced = True
+        self._world._state.wake(row)
         total = applied[row, 0:3] + np.array(vector)
         torque = applied[row, 4:7] + np.cross(arm, vector)
         self._store_finite(applied[row], "force", np.concatenate([total, [0.0], torque, [0.0]]))
@@ -215,6 +239,7 @@ class Body:
         row, vector, _ = self._push("torque", torque, None)
         applied = self._world._state.bodies.force
         self._world._state.forced = True
+        self._world._state.wake(row)
         self._store_finite(applied[row, 4:7], "torque", applied[row, 4:7] + np.array(vector))
 
     def apply_impulse(self, impulse: object, at: object = None) -> None:
@@ -309,6 +334,7 @@ class Body:
     def _set_response(self, name: str, value: object) -> None:
         column, least, greatest = RESPONSES[name]
         self._world._state.bodies.response[self.row, column] = in_range(name, value, least, greatest)
+        self._world._state.wake(self.row)
 
     @property
     def friction(self) -> float:

@@ -38,9 +38,10 @@ class Event(NamedTuple):
     """Something that happened during the last step."""
 
     kind: str
-    """``"contact_begin"`` or ``"contact_end"``."""
+    """``"contact_begin"``, ``"contact_end"``, ``"sleep"`` or ``"wake"``."""
     a: Body
-    b: Body
+    b: Body | None = None
+    """The other body of a contact."""
 
 
 class Bodies:

@@ -137,9 +137,8 @@ class World:
         restitution_combine: str = "max",
     ) -> None:
         chosen = PRESETS[DEFAULT_PRESET if preset is None else choice("preset", preset, PRESETS)]
-        for name, value, only in (("threads", threads, 1), ("sleeping", sleeping, False)):
-            if value is not None and (type(value) is not type(only) or value != only):
-                raise InvalidArgumentError(f"{name} must be {only} in this version (got {value!r})")
+        if threads is not None and (type(threads) is not int or threads != 1):
+            raise InvalidArgumentError(f"threads must be 1 in this version (got {threads!r})")
         unit = in_range("length_unit", length_unit, 1e-3, 1e3)
         self._precision = choice("precision", precision, PRECISIONS)
         name, settings = _solver(chosen["solver"] if solver is None else solver)
@@ -157,6 +156,7 @@ class World:
             ),
             solver=name,
             solver_settings=settings,
+            sleeping=_sleeping(name, sleeping),
         )
         environment = Environment(
             gravity=_gravity(gravity),
@@ -194,6 +194,7 @@ class World:
     @gravity.setter
     def gravity(self, value: object) -> None:
         self._set_environment(gravity=_gravity(value))
+        self._state.wake()
 
     @property
     def solver(self) -> str:
@@ -205,7 +206,12 @@ class World:
         name, settings = _solver(value)
         if name != self._pipeline.solver:
             self._state.solver_changed()
-        self._pipeline = dataclasses.replace(self._pipeline, solver=name, solver_settings=settings)
+            if not _fused(name):
+                self._state.wake()
+        sleeping = self._pipeline.sleeping and _fused(name)
+        self._pipeline = dataclasses.replace(
+            self._pipeline, solver=name, solver_settings=settings, sleeping=sleeping
+        )
 
     @property
     def solver_settings(self) -> Any:
@@ -284,8 +290,15 @@ class World:
 
     @property
     def sleeping(self) -> bool:
-        """Whether resting bodies are put to sleep."""
-        return False
+        """Whether resting bodies are put to sleep. Assign to change it: False wakes all."""
+        return self._pipeline.sleeping
+
+    @sleeping.setter
+    def sleeping(self, value: bool) -> None:
+        self._pipeline = dataclasses.replace(self._pipeline, sleeping=_sleeping(self.solver, value))
+        if not value:
+            self._state.wake()
+            self._state.bodies.rest[: self._state.count] = 0
 
     # Bodies ----------------------------------------------------------------------------------------------------------
 
@@ -436,7 +449,7 @@ class World:
     def _advance(self, h: float, steps: int) -> None:
         self._check_written()
         try:
-            if SOLVERS[self._pipeline.solver].advance is None:
+            if _fused(self._pipeline.solver):
                 self._profile = run(self._state, self._pipeline, h, steps)
             else:
                 for _ in range(steps):
@@ -494,6 +507,8 @@ class World:
         lengths = np.sqrt((orientation**2).sum(axis=1, keepdims=True))
         changed = (np.abs(lengths * greatest - 1) > 1e-6)[:, 0]
         bodies.orientation[rows[changed]] = orientation[changed] / lengths[changed]
+        for row in rows:
+            state.wake(int(row))
         state.remember()
         state.stale = True
 
@@ -521,12 +536,14 @@ class World:
 
     @property
     def events(self) -> list[Event]:
-        """What happened in the last step: contacts that began and ended. A body that is removed takes its contacts with it without an event."""
+        """What happened in the last step: contacts that began and ended, bodies that fell asleep or were woken by a contact. A body that is removed takes its contacts with it without an event."""
         state, body = self._state, self._state.colliders.body
         return [
             Event(kind, Body(self, int(body[a])), Body(self, int(body[b])))
             for kind, pairs in (("contact_begin", state.began), ("contact_end", state.ended))
             for a, b in pairs
+        ] + [
+            Event(kind, Body(self, int(row))) for kind, rows in (("sleep", state.slept), ("wake", state.woke)) for row in rows
         ]
 
     @property
@@ -601,6 +618,22 @@ def _solver(value: object) -> tuple[str, Any]:
             return name, value
     name = choice("solver", value, SOLVERS)
     return name, SOLVERS[name].settings()
+
+
+def _fused(solver: str) -> bool:
+    """Whether a solver is part of the fused step, which alone knows sleep and threads."""
+    return SOLVERS[solver].advance is None
+
+
+def _sleeping(solver: str, value: object) -> bool:
+    """The setting ``sleeping``; None stands for the solver's default."""
+    if value is None:
+        return _fused(solver)
+    if type(value) is not bool:
+        raise InvalidArgumentError(f"sleeping must be True or False (got {value!r})")
+    if value and not _fused(solver):
+        raise InvalidArgumentError(f"sleeping must be False with {solver}: only soft_step lets bodies sleep")
+    return value
 
 
 def _with_substeps(name: str, settings: Any, substeps: int | None, given: bool) -> Any:

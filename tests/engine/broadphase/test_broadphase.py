@@ -1,4 +1,4 @@
-"""Brute force against a plain loop over all pairs, and sweep and prune against brute force."""
+"""Brute force against a plain loop over all pairs, and the others against brute force."""
 
 import numpy as np
 import pytest
@@ -90,6 +90,7 @@ def test_all_find_the_same_pairs_in_the_same_order(bodies):
     wanted = expected(world, state)
     assert found(state, "brute") == wanted
     assert found(state, "sweep") == wanted
+    assert found(state, "tree") == wanted
 
 
 @pytest.mark.parametrize("name", BROADPHASES)

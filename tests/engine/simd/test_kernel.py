@@ -70,6 +70,25 @@ def test_arguments_of_every_kind(real, scale, flag):
         np.testing.assert_array_equal(negatives[0], (x < 0).any(axis=1))
 
 
+def test_a_mask_as_an_integer_of_eight_bits():
+    @simd_kernel
+    def negative(block, x) -> int:
+        return load(x, block) < 0
+
+    @kernel
+    def driver(x, bits):
+        for block in range(len(x)):
+            bits[block] = negative(block, x)
+
+    x = awkward(np.float32, 50, 3)
+    expected = ((x < 0) << np.arange(8)).sum(axis=1)
+    for function in (driver, driver.py_func):
+        found = np.zeros(50, np.int64)
+        function(x, found)
+        np.testing.assert_array_equal(found, expected)
+    assert len(set(expected)) > 20
+
+
 def test_floats_take_the_narrowest_dtype_of_the_arrays():
     @simd_kernel
     def body(singles, doubles, scale):
@@ -205,6 +224,10 @@ def test_what_a_body_may_not_be():
         return load(x, 0) > 0
 
     @simd_kernel
+    def returns_number(x) -> int:
+        return load(x, 0)
+
+    @simd_kernel
     def takes_text(x, text):
         pass
 
@@ -230,7 +253,12 @@ def test_what_a_body_may_not_be():
     def third(x):
         takes_text(x, "text")
 
+    @kernel
+    def fifth(x):
+        return returns_number(x)
+
     for driver, message in (
+        (fifth, "must return a mask"),
         (first, "annotate it -> bool"),
         (second, "must return any_lane"),
         (third, "cannot take an argument"),

@@ -1,9 +1,9 @@
 """A linear bounding volume hierarchy, eight boxes wide.
 
 Boxes are sorted along a Hilbert curve (I. Kamel and C. Faloutsos, "On packing R-trees", 1993; C. Lauterbach et al., "Fast BVH
-Construction on GPUs", 2009). Each eight neighbours make a block; the boxes around eight blocks make a block of the next level, and so on up to a single block.
-So the tree needs no pointers: the box in lane k of block b is that of block 8 b + k, one level below. One vector test tells which of
-a block's eight boxes a given box overlaps.
+Construction on GPUs", 2009). Each eight neighbours make a block; the boxes around eight blocks make a block of the next level, and so on
+up to a single block. So the tree needs no pointers: the box in lane k of block b is that of block 8 b + k, one level below. One vector
+test tells which of a block's eight boxes a given box overlaps.
 
 Boxes are single precision, rounded outwards: rows of (lower x, y, z, upper x, y, z, two unused). An empty box has lower +∞ and
 upper −∞ and overlaps nothing; there is one behind the last row, and blocks that are not full are filled up with it.
@@ -68,19 +68,10 @@ def store_interval(boxes, row, axis, lower, upper):
     boxes[row, 3 + axis] = high + abs(high) * unit + least if finite else np.float32(-np.inf)
 
 
-@routine
-def spread(c):
-    """A number of 21 bits with its bits moved to every third place."""
-    c = (c | (c << 32)) & 0x1F00000000FFFF
-    c = (c | (c << 16)) & 0x1F0000FF0000FF
-    c = (c | (c << 8)) & 0x100F00F00F00F00F
-    c = (c | (c << 4)) & 0x10C30C30C30C30C3
-    return (c | (c << 2)) & 0x1249249249249249
-
-
-@routine
+@kernel
 def write_keys(boxes, rows, center, cell, keys):
-    """The key of each box's centre, its place on the curve. Lattice coordinates count from the least, so that keys have few digits."""
+    """The key of each box's centre, its place on the curve; returns how many bits keys have. Lattice coordinates count from the least, so
+    that they are few."""
     least_x = least_y = least_z = np.int64(2 * CURVE_CELLS)
     for s in range(len(rows)):
         row, packed = rows[s], np.int64(0)
@@ -92,24 +83,27 @@ def write_keys(boxes, rows, center, cell, keys):
         keys[s] = packed
         least_x, least_y = min(least_x, packed >> 42), min(least_y, (packed >> 21) & 0x1FFFFF)
         least_z = min(least_z, packed & 0x1FFFFF)
+    least = (least_x << 42) | (least_y << 21) | least_z
     used = np.int64(0)
     for s in range(len(rows)):
-        packed = keys[s]
-        x, y, z = (packed >> 42) - least_x, ((packed >> 21) & 0x1FFFFF) - least_y, (packed & 0x1FFFFF) - least_z
-        keys[s] = spread(x) | (spread(y) << 1) | (spread(z) << 2)
-        used |= keys[s]
+        keys[s] -= least  # all three at once: none borrows from the next
+        used |= (keys[s] >> 42) | (keys[s] >> 21) | keys[s]
+    used &= 0x1FFFFF
     levels = 0
-    while used >> (3 * levels):
+    while used >> levels:
         levels += 1
     for s in range(len(rows)):
-        octants, place, state = keys[s], np.int64(0), np.int64(0)
+        packed, place, state = keys[s], np.int64(0), np.int64(0)
         for level in range(levels - 1, -1, -1):
-            entry = HILBERT[state, (octants >> (3 * level)) & 7]
+            cell_bits = packed >> level
+            octant = (cell_bits >> 42 & 1) | (cell_bits >> 20 & 2) | (cell_bits << 2 & 4)
+            entry = HILBERT[state, octant]
             place, state = (place << 3) | (entry & 7), entry >> 3
         keys[s] = place
+    return 3 * levels
 
 
-@routine
+@kernel
 def sort_by_digit(keys, values, shift, starts, sorted_keys, sorted_values):
     """Sort by the eight bits of the keys from ``shift`` on, keeping the order of equals."""
     starts[:] = 0
@@ -126,22 +120,6 @@ def sort_by_digit(keys, values, shift, starts, sorted_keys, sorted_values):
         place = starts[digit]
         starts[digit] = place + 1
         sorted_keys[place], sorted_values[place] = key, values[s]
-
-
-@kernel
-def sort_along_curve(boxes, rows, center, cell, keys, other_keys, other_rows, starts, leaf_rows):
-    """Fill the leaf blocks with the rows in the order of the curve, and up with the empty box."""
-    n, varying = len(rows), np.int64(0)
-    write_keys(boxes, rows, center, cell, keys)
-    for s in range(n):
-        varying |= keys[s] ^ keys[0]
-    shift = 0
-    while varying >> shift:  # two digits at a time, so that the result is back in the first arrays
-        sort_by_digit(keys, rows, shift, starts, other_keys, other_rows)
-        sort_by_digit(other_keys, other_rows, shift + 8, starts, keys, rows)
-        shift += 16
-    for s in range(leaf_rows.size):
-        leaf_rows[s // LANES, s % LANES] = rows[s] if s < n else len(boxes) - 1
 
 
 @simd_kernel
@@ -194,7 +172,8 @@ def query(nodes, leaf_rows, other_nodes, other_rows, first, same, partial, chang
         if partial:
             active = 0
             for k in range(LANES):
-                active |= np.int64(changed[leaf_rows[leaf, k]]) << k
+                if changed[leaf_rows[leaf, k]]:
+                    active |= 1 << k
             if active == 0:
                 continue
         x0 = y0 = z0 = np.float32(np.inf)
@@ -204,7 +183,7 @@ def query(nodes, leaf_rows, other_nodes, other_rows, first, same, partial, chang
                 x0, x1 = min(x0, nodes[leaf, 0, k]), max(x1, nodes[leaf, 3, k])
                 y0, y1 = min(y0, nodes[leaf, 1, k]), max(y1, nodes[leaf, 4, k])
                 z0, z1 = min(z0, nodes[leaf, 2, k]), max(z1, nodes[leaf, 5, k])
-        level, block, waiting = levels - 1, np.int64(0), 0
+        level, block, waiting = levels - 1, 0, 0
         while True:
             hits = overlapping(first[level] + block, other_nodes, x0, y0, z0, x1, y1, z1)
             while hits:
@@ -247,7 +226,7 @@ def query(nodes, leaf_rows, other_nodes, other_rows, first, same, partial, chang
             if waiting == 0:
                 break
             waiting -= 1
-            level, block = stack[waiting] & 255, stack[waiting] >> 8
+            level, block = int(stack[waiting] & 255), int(stack[waiting] >> 8)
     return found
 
 
@@ -269,13 +248,15 @@ class Tree:
             sizes.append(-(-sizes[-1] // LANES))
         self.first = np.cumsum([0, *sizes])
         self.nodes = np.empty((self.first[-1], 6, LANES), np.float32)
-        self.leaf_rows = np.empty((sizes[0], LANES), np.int32)
         center, cell = _lattice(boxes[rows[:: n // 256 + 1]])
-        keys = np.empty((2, n), np.int64)
-        copies = np.empty((2, n), np.int32)
-        copies[0] = rows
+        keys, sorted_keys = np.empty((2, n), np.int64)
+        order, sorted_order = np.array([rows, rows])
         starts = np.empty(256, np.int64)
-        sort_along_curve(boxes, copies[0], center, cell, keys[0], keys[1], copies[1], starts, self.leaf_rows)
+        for shift in range(0, write_keys(boxes, rows, center, cell, keys), 8):
+            sort_by_digit(keys, order, shift, starts, sorted_keys, sorted_order)
+            keys, sorted_keys, order, sorted_order = sorted_keys, keys, sorted_order, order
+        self.leaf_rows = np.full((sizes[0], LANES), len(boxes) - 1, np.int32)
+        self.leaf_rows.reshape(-1)[:n] = order
         self.refit(boxes)
 
     def refit(self, boxes: npt.NDArray[np.float32]) -> None:

@@ -23,7 +23,7 @@ from atlasphys.engine.shapes.table import (
     VERTEX_COUNT,
     Shapes,
 )
-from atlasphys.engine.simd import LANES, absolute, any_lane, full, gather, load, minimum, scatter, select, simd_kernel, store
+from atlasphys.engine.simd import LANES, absolute, any_lane, gather, load, minimum, scatter, select, simd_kernel, store
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.bodies import STATIC
 
@@ -43,12 +43,16 @@ ROUND_OFF = 1 + 2.0**-20
 ROOM_OF_LARGE = 2.0**-16
 """Least room in a fat box as a part of the body's size: more than round-off, also for bodies of a hundred kilometres."""
 
+BOUNDING_RADIUS = 7
+"""Column of ``FatBoxes.bound``."""
+
 
 class FatBoxes(NamedTuple):
     """The boxes of colliders, a row for each. A collider's row is its body's."""
 
     bound: npt.NDArray[np.floating]
-    """(n, 8) the shape's box about the centre of mass, in the body's axes: 0–2 centre, 3–5 half sizes, 6 radius added all round, 7 bounding radius [m]."""
+    """(n, 8) the shape's box in the body's axes: 0–2 its centre relative to the centre of mass, 3–5 half sizes, 6 radius added all round,
+    7 bounding radius about the centre of mass [m]."""
     center: npt.NDArray[np.float64]
     """(n, 3) centre of the fat box [m]."""
     half: npt.NDArray[np.floating]
@@ -106,20 +110,18 @@ def room_left(block, rows, geometry, bound, half, offset, margin, room, reach) -
     m = gather(geometry, index, 16)
     x, y, z, h0, h1, h2, radius, _ = gather(bound, index)
     halves = gather(half, index)
-    least, outside = None, None
-    lower, upper = [], []
+    left, lower, upper = [], [], []
     for k in range(3):
         a, b, c = m[3 * k], m[3 * k + 1], m[3 * k + 2]
         shift = a * x + b * y + c * z
         extent = (absolute(a) * h0 + absolute(b) * h1 + absolute(c) * h2 + (radius + margin)) * ROUND_OFF
-        left = halves[k] - (absolute(load(offset, k) + shift) * ROUND_OFF + extent)
+        left.append(halves[k] - (absolute(load(offset, k) + shift) * ROUND_OFF + extent))
         middle = load(offset, 3 + k) + shift
         extent = extent + 2 * (ROUND_OFF - 1) * (absolute(middle) + absolute(shift))
         lower.append(middle - extent)
         upper.append(middle + extent)
-        gone = ~(left >= 0.0)  # NaN also
-        least = left if least is None else minimum(left, least)
-        outside = gone if outside is None else outside | gone
+    least = minimum(minimum(left[0], left[1]), left[2])
+    outside = ~((left[0] >= 0.0) & (left[1] >= 0.0) & (left[2] >= 0.0))  # NaN also
     store(room, block, select(outside & ~(least < 0.0), -1.0, least))
     scatter(reach, index, (*lower, *upper, h0, h1))
     return any_lane(outside)
@@ -137,13 +139,13 @@ def load_offsets(block, rows, center, fat_center, offset):
 
 
 @routine
-def has_left(rows, center, geometry, fat, margin, offset, room):
-    """Whether any of the bodies named in ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included. Works out ``fat.reach`` of them all.
+def has_left(rows, blocks, center, geometry, fat, margin, offset, room):
+    """Whether any of the bodies named in the first ``blocks`` of ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included. Works out ``fat.reach`` of them all.
 
     ``center`` and ``geometry`` are the bodies' columns; ``offset`` (6, 8) and ``room`` (at least blocks, 8) are scratch of the bodies' precision.
     """
     left = False
-    for block in range(len(rows)):
+    for block in range(blocks):
         load_offsets(block, rows, center, fat.center, offset)
         if room_left(block, rows, geometry, fat.bound, fat.half, offset, margin, room, fat.reach):
             left = True
@@ -151,14 +153,14 @@ def has_left(rows, center, geometry, fat, margin, offset, room):
 
 
 @simd_kernel
-def near(block, pair_bodies, reach, result):
-    """Whether the tight boxes of eight pairs of bodies touch: 1 or 0 in ``result`` (8,)."""
+def near(block, pair_bodies, reach) -> int:
+    """Which of eight pairs of bodies have tight boxes that touch: a bit for each."""
     a, b = load(pair_bodies, block, 0), load(pair_bodies, block, 1)
     box_a, box_b = gather(reach, a), gather(reach, b)
     touch = a == a
     for k in range(3):
         touch = touch & (box_a[k] <= box_b[3 + k]) & (box_b[k] <= box_a[3 + k])
-    store(result, 0, select(touch, full(a, 1), 0))
+    return touch
 
 
 @kernel
@@ -214,7 +216,7 @@ def fatten(rows, changed, kind, center, geometry, motion, h, margin, fattening, 
             for j in range(3):
                 shift += np.float64(geometry[i, 3 * k + j]) * bound[i, j]
                 extent += abs(np.float64(geometry[i, 3 * k + j])) * bound[i, 3 + j]
-            move = min(max(motion[i, k] * ahead, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
+            move = min(max(np.float64(motion[i, k]) * ahead, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
             room = max(fattening, ROOM_OF_LARGE * extent) + SPEED_SHARE * abs(move)
             room += min(turn * reach, reach + abs(shift) - extent)
             middle = center[i, k] + shift + 0.5 * move

@@ -56,7 +56,9 @@ def roles(bodies: Bodies, colliders: Colliders, shapes: Shapes, count: int) -> R
     return Roles(moving, fixed, planes, filters)
 
 
-def surfaces(bodies: Bodies, colliders: Colliders, shapes: Shapes, planes: npt.NDArray[np.int32]) -> npt.NDArray[np.float64]:
+def surfaces(
+    bodies: Bodies, colliders: Colliders, shapes: Shapes, planes: npt.NDArray[np.int32]
+) -> npt.NDArray[np.float64]:
     """(planes, 7): the normal in world axes, a point from which the offset counts, and the offset. As ``reaches_plane`` computes them."""
     size, body = shapes.size[colliders.shape[planes]], colliders.body[planes]
     m = bodies.geometry[body]
@@ -80,11 +82,11 @@ def pairs_with_planes(boxes, rows, partial, changed, planes, surface, filters, f
                 n = surface[p, k]
                 corner = boxes[i, k] if n > 0 else boxes[i, 3 + k]
                 height += n * (corner - surface[p, 3 + k]) if n != 0 else 0.0
-            if height <= surface[p, 6] and filters[i, 1] != 0:
-                if (filters[i, 3] & filters[plane, 2]) != 0 and (filters[plane, 3] & filters[i, 2]) != 0:
-                    if found < len(pairs):
-                        pairs[found, 0], pairs[found, 1] = min(i, plane), max(i, plane)
-                    found += 1
+            admitted = (filters[i, 3] & filters[plane, 2]) != 0 and (filters[plane, 3] & filters[i, 2]) != 0
+            if height <= surface[p, 6] and admitted and filters[i, 1] != 0:
+                if found < len(pairs):
+                    pairs[found, 0], pairs[found, 1] = min(i, plane), max(i, plane)
+                found += 1
     return found
 
 
@@ -154,9 +156,7 @@ def keep_exact(bodies, colliders, shapes, pairs):
     return found
 
 
-def find_pairs(
-    bodies: Bodies, colliders: Colliders, shapes: Shapes, count: int, pairs: Pairs
-) -> tuple[Pairs, int]:
+def find_pairs(bodies: Bodies, colliders: Colliders, shapes: Shapes, count: int, pairs: Pairs) -> tuple[Pairs, int]:
     """All pairs that may touch, ordered by (lower row, higher row): a buffer, enlarged if ``pairs`` is too small, and the number in it."""
     parts, finder = roles(bodies, colliders, shapes, count), PairFinder()
     finder.reserve(count)
@@ -180,8 +180,8 @@ class FatTree:
         fattening: room that a fat box leaves all round its body [m]; more than 0.
 
     Attributes:
-        pairs: (p, 2) int32, the candidate pairs, lower row first, in order; a view, good until the next update. Every pair of bodies whose bounds overlap is among them, as
-            long as no body has left its fat box.
+        pairs: (p, 2) int32, the candidate pairs, lower row first, in order; a view, good until the next update. Every pair of bodies whose
+            bounds overlap is among them, as long as no body has left its fat box.
         rows: (blocks, 8) int32, the rows of the moving bodies, eight a block, filled up with the last; for ``has_left``.
         fat: the boxes; for ``has_left``.
     """
@@ -193,6 +193,9 @@ class FatTree:
         self._front: Pairs = np.empty((64, 2), np.int32)
         self._back: Pairs = np.empty((64, 2), np.int32)
         self._fresh: Pairs = np.empty((64, 2), np.int32)
+        self._changed: npt.NDArray[np.uint8] = np.zeros(1, np.uint8)
+        self._surface: npt.NDArray[np.float64] = np.empty((0, 7))
+        self._refitted = 0
         self.invalidate()
 
     def invalidate(self) -> None:
@@ -202,9 +205,7 @@ class FatTree:
         self.rows: npt.NDArray[np.int32] = np.empty((0, LANES), np.int32)
         self.fat: FatBoxes = empty_fat_boxes(0, self._real)
 
-    def update(
-        self, bodies: Bodies, colliders: Colliders, shapes: Shapes, count: int, h: float, margin: float
-    ) -> bool:
+    def update(self, bodies: Bodies, colliders: Colliders, shapes: Shapes, count: int, h: float, margin: float) -> bool:
         """Give new fat boxes to bodies that have left theirs, static ones too, and find the pairs that come and go with that.
 
         Args:
@@ -259,9 +260,7 @@ class FatTree:
         self._room = np.zeros((max(len(self.rows), len(self._fixed_rows)), LANES), self._real)
         self._refitted = 0
 
-    def _flag(
-        self, bodies: Bodies, rows: npt.NDArray[np.int32], count: int, margin: float
-    ) -> tuple[int, int]:
+    def _flag(self, bodies: Bodies, rows: npt.NDArray[np.int32], count: int, margin: float) -> tuple[int, int]:
         """How many of the bodies left their boxes, and how many are flagged for new ones."""
         near = 0.5 * self._fattening
         return flag_leavers(

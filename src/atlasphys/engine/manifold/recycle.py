@@ -7,11 +7,12 @@ depth, from where the two bodies' copies of the contact point now are: depth₀ 
 
 A pair is collided afresh once the part of e across the normal exceeds ``slip`` at any of its points, either body has turned by more than ``turn``, or
 they have by more than ``twist`` against each other. (The part along the normal changes nothing but the depth, which is kept up to date; the lowest
-contacts of tall towers give way by centimetres.) Angles are compared by the distance of unit quaternions, |p − q| = 2 sin(θ / 4), which
-small angles do not lose digits in, as they do in the cosine p · q.
+contacts of tall towers give way by centimetres.) So it is when they come together or part faster than ``speed``: frozen arms are for pairs at rest
+relative to each other, and would cost an impact's angular momentum. Angles are compared by the distance of unit quaternions,
+|p − q| = 2 sin(θ / 4), in which small ones do not lose their digits as they do in the cosine p · q.
 """
 
-from atlasphys.engine.simd import any_lane, full, gather, load, maximum, scatter, select, simd_kernel, store, vec, when
+from atlasphys.engine.simd import absolute, any_lane, full, gather, load, maximum, scatter, select, simd_kernel, store, vec, when
 from atlasphys.engine.state.manifolds import (
     COLLISION_DEPTH,
     DEPTH,
@@ -52,9 +53,10 @@ def distance_squared(p, q):
 def recycle(integers, delta, geometry, old, new, limits):
     """Carry eight manifolds over, where they may be recycled; RESULT of ``integers`` says for which that was done.
 
-    ``delta`` (3, 8) is x_b − x_a. ``limits``: slip² [m²]; (2 sin(θ / 4))² of turn and of twist; gap beyond which there is no contact [m].
+    ``delta`` (3, 8) is x_b − x_a. ``limits``: slip² [m²]; (2 sin(θ / 4))² of turn and of twist; gap beyond which there is no contact [m]; change
+    of depth in a step [m].
     """
-    slip_squared, turn_squared, twist_squared, margin = limits
+    slip_squared, turn_squared, twist_squared, margin, change = limits
     row, count = load(integers, OLD_ROW), load(integers, OLD_COUNT)
     frame_a, frame_b = gather(geometry, load(integers, PAIR_A), 16), gather(geometry, load(integers, PAIR_B), 16)
     reference, local = gather(old.reference, row, 16), gather(old.local, row, 32)
@@ -77,8 +79,10 @@ def recycle(integers, delta, geometry, old, new, limits):
         moved = vec.sub(vec.add(between, at_b), at_a)
         valid = count > k
         along = vec.dot(n, moved)
-        keeps = keeps & (~valid | (vec.length_squared(vec.add_scaled(moved, n, -along)) <= slip_squared))
         depth = local[first + COLLISION_DEPTH] - along
+        slipped = vec.length_squared(vec.add_scaled(moved, n, -along))
+        rests = (slipped <= slip_squared) & (absolute(depth - points[first + DEPTH]) <= change)
+        keeps = keeps & (~valid | rests)
         points[first + DEPTH] = select(valid, depth, 0)
         deepest = select(valid, maximum(depth, deepest), deepest)
     keeps = keeps & (deepest >= -margin)

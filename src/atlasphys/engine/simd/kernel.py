@@ -99,7 +99,9 @@ class SimdKernel:
             return builder.zext(builder.bitcast(result.spread().value, ir.IntType(LANES)), _I64)
         if not self.returns_truth:
             if result is not None:
-                raise TypeError(f"{self.body.__name__} returns a value: annotate it -> bool or -> int, or store what it computes")
+                raise TypeError(
+                    f"{self.body.__name__} returns a value: annotate it -> bool or -> int, or store what it computes"
+                )
             return context.get_dummy_value()
         if not (isinstance(result, Mask) and result.is_uniform):
             raise TypeError(f"{self.body.__name__} must return any_lane(mask) or all_lanes(mask)")

@@ -62,7 +62,7 @@ def rotated_diagonal(m, d):
 def drive(locks, block, rows, motion, force, response, inverse_mass, mass, drives, gravity, h):
     """Work out what a substep of length h does to the velocities: gravity and forces, and damping (an implicit Euler step).
 
-    Where bodies have ``locks``, velocities along and about locked axes are stopped.
+    Unless ``locks`` is None, velocities along and about locked axes are stopped.
     """
     row = load(rows, block)
     push, answer = gather(force, row), gather(response, row)
@@ -72,7 +72,7 @@ def drive(locks, block, rows, motion, force, response, inverse_mass, mass, drive
     w = [h * x for x in vec.sym_mul_vec(inverse[0:6], push[4:7])]
     linear, angular = (select(moves, 1 / (1 + h * answer[i]), 1) for i in (1, 2))
     scatter(drives, row, (*v, linear, *w, angular))
-    if locks:
+    if locks is not None:
         m = gather(motion, row)
         stopped = [moves & ~(inverse[8 + k] > 0) for k in range(3)] + [moves & ~(inverse[k] > 0) for k in range(3)]
         scatter(motion, row, (*(select(s, 0, x) for s, x in zip(stopped, m[0:6], strict=True)), *m[6:8]))

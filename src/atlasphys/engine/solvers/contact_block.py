@@ -6,8 +6,10 @@ r_a = r_b + x_b − x_a for all points of a manifold. With c_k = r_bk × n and t
     v_k = n · (v_b − v_a) − (d × n) · ω_a + c_k · (ω_b − ω_a),
 
 three numbers a point, and the impulses λ_k turn the bodies by C = Σ λ_k c_k on b and −(C + d × n Σ λ_k) on a. Torques taken so about one
-common point conserve angular momentum exactly. While the bodies move in the substeps of a step, the point stays where it is and the
-arms change: r_b by −Δx_b, r_a by −Δx_a, which again is one correction per body and manifold. (docs/soft_step.md)
+common point conserve angular momentum exactly. While the bodies move in the substeps of a step, the point moves with the one that is dynamic, or half-way
+between two that are, by s Δx_a + (1 − s) Δx_b. The arms follow: r_b changes by −s (Δx_b − Δx_a), the span by Δx_b − Δx_a, which again is one
+correction for all points. (A point that stayed where it was would fall behind a rolling ball, and its pressure would spin the ball up.
+docs/soft_step.md)
 
 Where a manifold is *recycled* (manifold/recycle.py), the arms stay as they were: ``FRESH`` is 0.
 """
@@ -22,7 +24,7 @@ FRICTION_MATRIX = 9  # 9–11 inverse of the 2×2 matrix of the tangents, 12 inv
 COEFFICIENT = 13  # of friction
 SLIDE = 14  # 14–15 friction impulse along the two tangents
 FRESH = 16  # 1: arms follow the bodies; 0: recycled, arms are frozen
-STIFF = 17  # 1: one of the two bodies is not dynamic, the contact is twice as stiff
+SHARE = 17  # s above: ½ between dynamic bodies; 0 or 1 where only b or a is dynamic, and there the contact is twice as stiff
 TWIST_MASS, TWIST_RADIUS, TWIST = 18, 19, 20  # torsion: inverse of k, mean lever arm of the points, impulse
 SLIDE_TOTAL = 21  # 21–22 sum of SLIDE over the substeps
 TWIST_TOTAL = 23
@@ -51,7 +53,8 @@ class Fields:
 
 
 # Rows of the integers of a block: (8, 8)
-BODY_A, BODY_B, MOVES_A, MOVES_B, MANIFOLD, COUNT = range(6)
+BODY_A, BODY_B, MOVES_A, MOVES_B, MANIFOLD, COUNT, ROLLS = range(7)
+"""ROLLS: lane 0 says whether some manifold of the block has rolling friction, see rolling_block.py."""
 INTEGERS = 8
 
 
@@ -74,9 +77,9 @@ def load_arms(fields, blocks, block, normal, centroid):
 
 
 def load_inverse_mass(inverse_mass, row, locks):
-    """Inverse mass along the world's axes and inverse inertia. Without locks the three masses are one, and half the row is left unread."""
-    columns = gather(inverse_mass, row, 16 if locks else 8)
-    return columns[8:11] if locks else (columns[6],) * 3, columns[0:6]
+    """Inverse mass along the world's axes and inverse inertia. Where ``locks`` is None the three masses are one, and half the row is left unread."""
+    columns = gather(inverse_mass, row, 8 if locks is None else 16)
+    return (columns[6],) * 3 if locks is None else columns[8:11], columns[0:6]
 
 
 def weighted(m, u):

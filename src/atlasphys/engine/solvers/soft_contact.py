@@ -14,10 +14,10 @@ from atlasphys.engine.solvers.contact_block import (
     MOVES_A,
     MOVES_B,
     NORMAL,
+    SHARE,
     SLIDE,
     SLIDE_TOTAL,
     SPAN,
-    STIFF,
     TWIST,
     TWIST_MASS,
     TWIST_RADIUS,
@@ -42,6 +42,8 @@ from atlasphys.engine.state.manifolds import (
     PATCH_FRICTION,
     PATCH_TORSION,
     POINT_COLUMNS,
+    RESTITUTION,
+    ROLLING,
     TORSIONAL,
 )
 
@@ -50,8 +52,11 @@ INNER_SWEEPS = 3
 
 
 @simd_kernel
-def prepare(points, locks, block, integers, blocks, manifolds, inverse_mass, ratio):
-    """Write a block from its manifolds. ``ratio`` scales last step's impulses (warm starting)."""
+def prepare(points, locks, block, integers, blocks, manifolds, inverse_mass, ratio) -> int:
+    """Write a block from its manifolds. ``ratio`` scales last step's impulses (warm starting).
+
+    The answer says in which lanes there is restitution, rolling friction, or torsional friction that ``solve`` leaves out.
+    """
     fields = Fields(points)
     row, number = load(integers, block, MANIFOLD), load(integers, block, COUNT)
     head, table = gather(manifolds.contact, row, 16), gather(manifolds.points, row, POINT_COLUMNS * points)
@@ -109,14 +114,16 @@ def prepare(points, locks, block, integers, blocks, manifolds, inverse_mass, rat
     store(blocks, block, SLIDE, select(used, vec.dot(friction, t1) * ratio, 0))
     store(blocks, block, SLIDE + 1, select(used, vec.dot(friction, t2) * ratio, 0))
     store(blocks, block, FRESH, head[IS_FRESH])
-    both = (load(integers, block, MOVES_A) != 0) & (load(integers, block, MOVES_B) != 0)
-    store(blocks, block, STIFF, select(both, zero, one))
+    moves_a, moves_b = load(integers, block, MOVES_A) != 0, load(integers, block, MOVES_B) != 0
+    store(blocks, block, SHARE, select(moves_a, select(moves_b, full(zero, 0.5), one), zero))
     twist = vec.dot(n, vec.add(vec.sym_mul_vec(inertia_a, n), vec.sym_mul_vec(inertia_b, n)))
     store(blocks, block, TWIST_MASS, reciprocal(twist))
     store(blocks, block, TWIST_RADIUS, radius * share + head[TORSIONAL])
     store(blocks, block, TWIST, select(used, head[PATCH_TORSION] * ratio, 0))
     for field in (SLIDE_TOTAL, SLIDE_TOTAL + 1, TWIST_TOTAL):
         store(blocks, block, field, zero)
+    special = (head[RESTITUTION] > 0) | (head[ROLLING] > 0)
+    return used & (special | (head[TORSIONAL] > 0) if points == 1 else special)
 
 
 class Pair:
@@ -134,12 +141,13 @@ class Pair:
         self.centroid = load_vec(blocks, block, CENTROID)
         self.arms = load_arms(self.fields, blocks, block, self.normal, self.centroid)
         self.still_span = load_vec(blocks, block, SPAN)
-        fresh = load(blocks, block, FRESH)
-        moved_a, moved_b = vec.scale(self.a[6:9], fresh), vec.scale(self.b[6:9], fresh)
-        self.span = vec.add(self.still_span, vec.sub(moved_b, moved_a))
+        self.share = load(blocks, block, SHARE)
+        parted = vec.scale(vec.sub(self.b[6:9], self.a[6:9]), load(blocks, block, FRESH))
+        behind = vec.scale(parted, self.share)
+        self.span = vec.add(self.still_span, parted)
         self.lever = vec.cross(self.span, self.normal)
-        self.shift = vec.cross(moved_b, self.normal)
-        self.arm_b = vec.sub(self.centroid, moved_b)
+        self.shift = vec.cross(behind, self.normal)
+        self.arm_b = vec.sub(self.centroid, behind)
         self.arm_a = vec.add(self.arm_b, self.span)
 
     def normal_velocities(self):
@@ -186,6 +194,26 @@ class Pair:
         at_b = vec.add(self.v_b, vec.cross(self.w_b, self.arm_b))
         return vec.sub(at_b, vec.add(self.v_a, vec.cross(self.w_a, self.arm_a)))
 
+    def rub(self, blocks, limit, slide_field, twist_field):
+        """Bring the impulses of friction that the two fields hold up to date, within ``limit``. Returns them: slide, twist."""
+        block, twist = self.block, None
+        if self.fields.points > 1:
+            old = load(blocks, block, twist_field)
+            most = limit * load(blocks, block, TWIST_RADIUS)
+            spin = vec.dot(self.normal, vec.sub(self.w_b, self.w_a))
+            twist = maximum(minimum(old - load(blocks, block, TWIST_MASS) * spin, most), -most)
+            self.twist(twist - old)
+            store(blocks, block, twist_field, twist)
+        t1, t2 = vec.tangents(self.normal)
+        slip = self.slip()
+        was = load(blocks, block, slide_field), load(blocks, block, slide_field + 1)
+        inverse = [load(blocks, block, FRICTION_MATRIX + i) for i in range(4)]
+        now = solve_disk(was, (vec.dot(t1, slip), vec.dot(t2, slip)), inverse, limit)
+        self.drag(vec.add_scaled(vec.scale(t1, now[0] - was[0]), t2, now[1] - was[1]))
+        store(blocks, block, slide_field, now[0])
+        store(blocks, block, slide_field + 1, now[1])
+        return now, twist
+
     def store(self):
         """Write the velocities of the bodies that are moved by impulses."""
         moves_a = load(self.integers, self.block, MOVES_A) != 0
@@ -218,7 +246,7 @@ def solve(points, locks, relax, block, integers, blocks, motion, inverse_mass, s
     pair = Pair(points, locks, block, integers, blocks, motion, inverse_mass)
     fields = pair.fields
     inverse_h, rate, mass_scale, impulse_scale, stiff_rate, stiff_mass_scale, stiff_impulse_scale, fastest = soft
-    stiff = load(blocks, block, STIFF) > 0
+    stiff = pair.share != 0.5
     rate, mass_scale = select(stiff, stiff_rate, rate), select(stiff, stiff_mass_scale, mass_scale)
     impulse_scale = select(stiff, stiff_impulse_scale, impulse_scale)
 
@@ -253,25 +281,10 @@ def solve(points, locks, relax, block, integers, blocks, motion, inverse_mass, s
         if relax:
             store(blocks, block, fields.total + k, load(blocks, block, fields.total + k) + new[k])
 
-    limit = load(blocks, block, COEFFICIENT) * load_total
-    if points > 1:
-        old_twist = load(blocks, block, TWIST)
-        most = limit * load(blocks, block, TWIST_RADIUS)
-        spin = vec.dot(pair.normal, vec.sub(pair.w_b, pair.w_a))
-        twist = maximum(minimum(old_twist - load(blocks, block, TWIST_MASS) * spin, most), -most)
-        pair.twist(twist - old_twist)
-        store(blocks, block, TWIST, twist)
-    t1, t2 = vec.tangents(pair.normal)
-    slip = pair.slip()
-    was = load(blocks, block, SLIDE), load(blocks, block, SLIDE + 1)
-    inverse = [load(blocks, block, FRICTION_MATRIX + i) for i in range(4)]
-    now = solve_disk(was, (vec.dot(t1, slip), vec.dot(t2, slip)), inverse, limit)
-    pair.drag(vec.add_scaled(vec.scale(t1, now[0] - was[0]), t2, now[1] - was[1]))
-    store(blocks, block, SLIDE, now[0])
-    store(blocks, block, SLIDE + 1, now[1])
+    slide, twist = pair.rub(blocks, load(blocks, block, COEFFICIENT) * load_total, SLIDE, TWIST)
     if relax:
-        store(blocks, block, SLIDE_TOTAL, load(blocks, block, SLIDE_TOTAL) + now[0])
-        store(blocks, block, SLIDE_TOTAL + 1, load(blocks, block, SLIDE_TOTAL + 1) + now[1])
+        store(blocks, block, SLIDE_TOTAL, load(blocks, block, SLIDE_TOTAL) + slide[0])
+        store(blocks, block, SLIDE_TOTAL + 1, load(blocks, block, SLIDE_TOTAL + 1) + slide[1])
         if points > 1:
             store(blocks, block, TWIST_TOTAL, load(blocks, block, TWIST_TOTAL) + twist)
     pair.store()

@@ -30,6 +30,7 @@ class SoftStep:
             stand only with it; without it every pair is collided in every step and angular momentum is exact.
         recycle_slip: how far the two bodies' copies of a recycled contact point may part along the surface [m], for a length unit of 1 m.
             Larger: what slides over an edge is held up.
+        recycle_speed: how fast the two may come together or part there [m/s], for a length unit of 1 m. Larger: impacts lose or gain angular momentum.
         recycle_turn: angle by which either body may have turned since [rad]. Larger: tall stacks survive harder blows, but bodies that tip
             over together with what they stand on do so late, by up to this angle.
         recycle_twist: angle by which the two may have turned against each other [rad]. Larger: bodies that tip over are held up.
@@ -45,6 +46,7 @@ class SoftStep:
     warm_starting: bool = True
     contact_recycling: bool = True
     recycle_slip: float = 0.005
+    recycle_speed: float = 0.2
     recycle_turn: float = math.radians(1)
     recycle_twist: float = math.radians(0.3)
 
@@ -56,6 +58,7 @@ class SoftStep:
             ("contact_damping", 0.0, 1e3),
             ("push_out_speed", 0.0, 1e6),
             ("recycle_slip", 0.0, 1.0),
+            ("recycle_speed", 0.0, 1e6),
             ("recycle_turn", 0.0, 0.5),
             ("recycle_twist", 0.0, 0.5),
         ):

@@ -14,6 +14,9 @@ from atlasphys.engine.state.arrays import aligned_zeros
 STATIC, KINEMATIC, DYNAMIC = 0, 1, 2
 """Values of the column ``kind``: immovable; moved only by its own velocity; moved by forces and contacts."""
 
+AWAKE = -1
+"""Value of the column ``island`` for bodies that do not sleep."""
+
 KINDS = {"static": STATIC, "kinematic": KINEMATIC, "dynamic": DYNAMIC}
 
 
@@ -41,9 +44,13 @@ class Bodies(NamedTuple):
     principal: npt.NDArray[np.floating]
     """(n, 4) unit quaternion from the principal axes of inertia to the body's own frame."""
     response: npt.NDArray[np.floating]
-    """(n, 8) 0 gravity scale, 1 linear damping [1/s], 2 angular damping [1/s]."""
+    """(n, 8) 0 gravity scale, 1 linear damping [1/s], 2 angular damping [1/s], 3 whether the body never sleeps."""
     locks: npt.NDArray[np.uint8]
     """(n,) bits 0–2: no motion along world x, y, z; bits 3–5: no rotation about them."""
+    rest: npt.NDArray[np.floating]
+    """(n,) how long the body has been at rest [s]; kept where the world lets bodies sleep."""
+    island: npt.NDArray[np.int32]
+    """(n,) AWAKE, or lowest row of the sleeping island that the body belongs to."""
     id: npt.NDArray[np.int64]
     """(n,) identity of the body for handles, never used twice."""
 
@@ -77,6 +84,8 @@ def empty_bodies(capacity: int, real: npt.DTypeLike) -> Bodies:
         principal=aligned_zeros((n, 4), real),
         response=aligned_zeros((n, 8), real),
         locks=aligned_zeros((n,), np.uint8),
+        rest=aligned_zeros((n,), real),
+        island=np.full((n,), AWAKE, np.int32),
         id=aligned_zeros((n,), np.int64),
         center=aligned_zeros((n, 3), np.float64),
         geometry=aligned_zeros((n, 16), real),

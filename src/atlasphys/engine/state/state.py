@@ -17,7 +17,7 @@ from atlasphys.engine.constants import Tolerances, tolerances
 from atlasphys.engine.jit import kernel
 from atlasphys.engine.shapes.table import ShapeTable
 from atlasphys.engine.state.arrays import copy_rows, with_capacity
-from atlasphys.engine.state.bodies import Bodies, empty_bodies
+from atlasphys.engine.state.bodies import AWAKE, DYNAMIC, Bodies, empty_bodies
 from atlasphys.engine.state.colliders import Colliders, empty_colliders
 from atlasphys.engine.state.contacts import Contacts, empty_contacts
 from atlasphys.engine.state.manifolds import IS_RECYCLABLE, PATCH_FRICTION, Manifolds, empty_manifolds
@@ -108,6 +108,12 @@ class State:
         """Whether columns of the bodies that follow from others are out of date."""
         self.forced = False
         """Whether forces or torques may act in the next step."""
+        self.sleepers_changed = False
+        """Whether bodies were woken or put to sleep since the last step."""
+        self.slept: npt.NDArray[np.int32] = np.empty(0, np.int32)
+        """Rows of the bodies that fell asleep in the last step."""
+        self.woke: npt.NDArray[np.int32] = np.empty(0, np.int32)
+        """Rows of the bodies that woke in it."""
         self._make_buffers()
 
     def _make_buffers(self) -> None:
@@ -145,6 +151,7 @@ class State:
             self.spin_change = np.zeros((2 * row, 3), self.real)
         for array in (*self.bodies, *self.colliders):
             array[row] = 0
+        self.bodies.island[row] = AWAKE
         self.count += 1
         return row
 
@@ -154,8 +161,9 @@ class State:
         self._remember(slice(row, row + 1))
 
     def take_over(self, column: str, row: int, part: slice) -> None:
-        """Remember a checked change of one column. What else was written into the row stays noticeable."""
+        """Remember a checked change of one column, and wake the body. What else was written into the row stays noticeable."""
         self.stale = True
+        self.wake(row)
         getattr(self.remembered, column)[row, part] = getattr(self.bodies, column)[row, part]
 
     def solver_changed(self) -> None:
@@ -166,9 +174,27 @@ class State:
             table.friction_impulse[:] = 0
         self.properties_changed()
 
+    def wake(self, row: int | None = None) -> None:
+        """Wake the island of a body, or all bodies."""
+        island = self.bodies.island[: self.count]
+        if row is None:
+            woken = island != AWAKE
+        elif self.bodies.kind[row] == DYNAMIC:
+            self.bodies.rest[row] = 0
+            woken = island == (island[row] if island[row] != AWAKE else AWAKE - 1)
+        else:  # whatever rests on it
+            m, live = self.manifolds, slice(0, self.manifold_count)
+            beside = np.concatenate([m.b[live][m.a[live] == row], m.a[live][m.b[live] == row]])
+            woken = np.isin(island, np.setdiff1d(island[beside], [AWAKE]))
+        if woken.any():
+            island[woken] = AWAKE
+            self.bodies.rest[: self.count][woken] = 0
+            self.sleepers_changed = True
+
     def properties_changed(self, row: int | None = None) -> None:
         """Forget what was derived from the properties of a body, or of all bodies: they have been changed."""
         self.workspace, self.stale = None, True
+        self.wake(row)
         m = self.manifolds
         touched = slice(None) if row is None else (m.a == row) | (m.b == row)
         m.reference[touched, IS_RECYCLABLE] = 0
@@ -176,6 +202,8 @@ class State:
     def remove(self, row: int) -> None:
         """Remove a body, its collider and its manifolds, and close the gap."""
         self.workspace = None
+        self.wake(row)
+        self.bodies.island[: self.count] -= self.bodies.island[: self.count] > row
         for array in (*self.bodies, *self.colliders, *self.remembered):
             array[row : self.count - 1] = array[row + 1 : self.count]
         self.count -= 1
@@ -316,6 +344,8 @@ class State:
             b.principal,
             b.response,
             b.locks,
+            b.rest,
+            b.island,
         ):
             digest.update(np.ascontiguousarray(array[:n]).tobytes())
         for array in (c.body, c.material, c.group, c.mask):

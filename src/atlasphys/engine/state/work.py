@@ -26,7 +26,13 @@ KEEPS = 13  # candidate pairs hold until a body leaves its fat box; else for one
 RENAME = 15  # tables of manifolds whose rows do not yet have the names of the candidate pairs
 CHECKED = 14  # the candidate pairs are good for the coming step
 STEP = 16  # number of the coming step
-ENTRIES = 24
+SLEEPS = 17  # bodies may fall asleep
+SLEEPERS_CHANGED = 18  # bodies were woken or put to sleep: lists of awake bodies are out of date
+PLAIN, TUMBLING = 19, 20  # blocks of the two lists of awake bodies
+KINEMATIC_BODIES = 21  # there are some
+SLEPT, WOKEN = 22, 23  # bodies that fell asleep, or were woken by contact, in the last step
+LIVE = 24  # manifolds with points between bodies of which one is active
+ENTRIES = 32
 
 # Values of PHASE
 DETECT, TAKE_GENERIC, RESPOND = range(3)
@@ -68,10 +74,20 @@ class Work(NamedTuple):
     """(P,) which routine collides the pair."""
     pair_bodies: npt.NDArray[np.int32]
     """(P / 8, 2, 8) the two bodies of each pair, in blocks."""
-    near: npt.NDArray[np.int32]
-    """(1, 8) whether the pairs of a block may touch."""
+    copied: npt.NDArray[np.uint8]
+    """(P,) how many of the two tables of manifolds hold the pair as it sleeps."""
     live: npt.NDArray[np.int32]
     """(P,) pairs that have contact points in this step."""
+    active: npt.NDArray[np.uint8]
+    """(n,) whether the body may disturb others: awake and dynamic, or kinematic and moving."""
+    radius: npt.NDArray[np.floating]
+    """(n,) bounding radius about the centre of mass [m]."""
+    before: npt.NDArray[np.uint8]
+    """(n,) whether the body was active at the start of the step."""
+    parent: npt.NDArray[np.int32]
+    """(n,) scratch of union–find."""
+    ready: npt.NDArray[np.uint8]
+    """(n,) scratch."""
     moves: npt.NDArray[np.uint8]
     """(n,) whether impulses move the body."""
     origin: npt.NDArray[np.int32]
@@ -100,6 +116,11 @@ class Work(NamedTuple):
     integers_many: npt.NDArray[np.int32]
     blocks_many: npt.NDArray[np.floating]
     """Blocks of manifolds of two to four points."""
+    rolls_one: npt.NDArray[np.floating]
+    rolls_many: npt.NDArray[np.floating]
+    """Rolling friction beside these blocks, see solvers/rolling_block.py; one block if no body has any."""
+    locked: npt.NDArray[np.int32] | None
+    """Rows of the bodies whose rotation is locked about some axis; None if no body has locks at all."""
     plain: npt.NDArray[np.int32]
     """(blocks, 8) bodies that keep their angular velocity when free; the last one is repeated."""
     tumbling: npt.NDArray[np.int32]

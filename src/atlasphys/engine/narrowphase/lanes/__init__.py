@@ -14,6 +14,7 @@ Each body has the signature ``body(pairs, geometry, place, margin, contact, tags
   points, its normal means nothing.
 - ``tags`` (8, 8) int32, written: 0 to 3 the feature of each point, 4 the number of points.
 
-The answer is whether any lane has points. The points are those of the scalar routines in ``narrowphase/pairs`` but for polyhedra: at most
-four, each kept where it stands.
+The answer is whether any lane has points. Normals, depths and points mean what they do in the scalar routines of ``narrowphase/pairs``, which
+differ in three ways: they give a box all corners of the contact polygon, two edges side by side two points, and boxes that are apart corner to
+corner a point, though neither lies over the other.
 """

@@ -125,7 +125,9 @@ def _choose_axis(frame: Frame, d_b: Any, bias: Any, rows: Any) -> Choice:
             value, squared = select(better, signed, value), select(better, sine, squared)
             best, edge = select(better, along, best), select(better, full(rows, 3 * i + j), edge)
     edges = best / sqrt(squared)
-    by_edges = edges > face + (bias + RELATIVE_PREFERENCE * absolute(face))
+    # Better than either box's best face: the second's may be better than the one that is preferred.
+    best_face = maximum(face_a, face_b)
+    by_edges = edges > best_face + (bias + RELATIVE_PREFERENCE * absolute(best_face))
     is_0, is_1 = ((on_b & b) | (~on_b & a) for a, b in zip(first, second, strict=True))
     return Choice(on_b, is_0, is_1, face, by_edges, edge, edges)
 
@@ -161,7 +163,7 @@ def box_box(pairs, geometry, place, margin, contact, tags) -> bool:
     when(any_lane(by_face), clip)
     when(~any_lane(by_face), leave_empty)
     when(any_lane(by_edges), cross)
-    return any_lane(near)
+    return any_lane(load(tags, 4) > 0)
 
 
 def _write_faces(
