@@ -32,6 +32,8 @@ from typing import Any, TypeVar
 import numba
 import platformdirs
 
+from atlasphys.engine.simd.inlining import IngredientCompiler
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _IMPORT = re.compile(r"^from (atlasphys\.engine[\w.]*) import (\([^)]*\)|[^\n(]*)", re.MULTILINE)
@@ -39,6 +41,9 @@ _IMPORT = re.compile(r"^from (atlasphys\.engine[\w.]*) import (\([^)]*\)|[^\n(]*
 # Numba's own annotations do not know these options.
 _njit: Any = numba.njit
 _config: Any = numba.config
+
+IS_COMPILED = not _config.DISABLE_JIT
+"""Whether kernels are compiled at all; with NUMBA_DISABLE_JIT=1 Python runs them."""
 
 _OPTIONS = {"nogil": True, "error_model": "numpy", "boundscheck": False, "fastmath": False}
 
@@ -133,7 +138,12 @@ def inlined(function: Function) -> Function:
 
 def _routine(function: Function, forceinline: bool = False, allocates: bool = False) -> Function:
     compiled = _njit(
-        no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=forceinline, _nrt=allocates, **_OPTIONS
+        no_cpython_wrapper=True,
+        no_cfunc_wrapper=True,
+        forceinline=forceinline,
+        _nrt=allocates,
+        pipeline_class=IngredientCompiler,
+        **_OPTIONS,
     )(function)
     if hasattr(compiled, "compile"):  # not where NUMBA_DISABLE_JIT is set
         compile_types = compiled.compile

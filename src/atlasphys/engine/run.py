@@ -15,7 +15,7 @@ from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused import Constants, run_steps
 from atlasphys.engine.islands.colour import COLOURS
-from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
+from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF
 from atlasphys.engine.narrowphase.dispatch import collide
 from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import KIND, PLANE
@@ -63,6 +63,7 @@ from atlasphys.engine.state.work import (
 )
 
 from atlasphys.engine.step import DivergedError, Pipeline, Profile
+from atlasphys.engine.threads import lend_team
 
 MOST_GROWTH = 4.0
 """By how much last step's impulses may be scaled up for a longer step; see solvers/sequential_impulse.py."""
@@ -117,7 +118,7 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
     )
 
 
-FATTENING = 0.1
+FATTENING = 0.05
 """Room that a fat box leaves all round its body [m], for a length unit of 1 m. Smaller: pairs are looked for more often. Larger: more pairs are
 looked at that do not touch."""
 
@@ -161,10 +162,9 @@ def empty_work(state: State) -> Work:
         parent=np.zeros(max(n, 1), np.int32),
         ready=np.zeros(max(n, 1), np.uint8),
         moves=np.zeros(max(n, 1), np.uint8) | (state.bodies.kind[: max(n, 1)] == DYNAMIC),
+        plane_side=np.zeros(1, np.int8),
         origin=one,
         generic=one.copy(),
-        queue=np.zeros((KINDS + 1, LANES), np.int32),
-        queued=np.zeros(KINDS + 1, np.int32),
         began=np.zeros((1, 2), np.int32),
         ended=np.zeros((1, 2), np.int32),
         colours=np.zeros(1, np.int8),
@@ -182,7 +182,7 @@ def empty_work(state: State) -> Work:
         plain=np.zeros((-(-int((~tumbles).sum()) // LANES), LANES), np.int32),
         tumbling=np.zeros((-(-int(tumbles.sum()) // LANES), LANES), np.int32),
         room=np.zeros((max(-(-len(moving) // LANES), 1), LANES), real),
-        lanes=empty_lanes(real),
+        lanes=empty_lanes(1, real),
     )
 
 
@@ -200,6 +200,7 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
             pair_bodies=np.zeros((-(-capacity // LANES), 2, LANES), np.int32),
             live=np.zeros(capacity, np.int32),
             copied=np.zeros(capacity, np.uint8),
+            plane_side=np.zeros(capacity, np.int8),
             origin=np.zeros(capacity, np.int32),
             generic=np.zeros(capacity, np.int32),
             began=np.zeros((capacity, 2), np.int32),
@@ -215,6 +216,7 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
     work.copied[:count] = 0
     kinds = state.table.arrays.layout[state.colliders.shape[pairs], KIND]
     work.kinds[:count] = KIND_OF[kinds[:, 0], kinds[:, 1]]
+    work.plane_side[:count] = (kinds == PLANE) @ np.array([1, 2], np.int8)
     if state.workspace.narrowphase == "gjk_epa":  # GJK and EPA know no planes
         work.kinds[:count][(kinds != PLANE).all(axis=1)] = GENERIC_KIND
     state.workspace.work = work
@@ -279,14 +281,17 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     status[KINEMATIC_BODIES] = (state.bodies.kind[: state.count] == KINEMATIC).any()
     if keeps and (written or len(space.tree.fat.center) != state.count):
         look_for_pairs(state, pipeline.broadphase, h)
+    if len(space.work.lanes.queue) < pipeline.threads:
+        space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, state.real))
     wanted = chunk = 1
     completed, began = 0, time.perf_counter()
     while True:
         start = time.perf_counter()
-        answer = run_steps(
-            state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered, state.contacts,
-            space.kept, state.count, space.tree.fat, values, space.work, wanted,
-        )  # fmt: skip
+        with lend_team(pipeline.threads) as sync:
+            answer = run_steps(
+                state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered,
+                state.contacts, space.kept, state.count, space.tree.fat, values, space.work, wanted, sync,
+            )  # fmt: skip
         status = space.work.status
         if status[PARITY]:
             state.manifolds, state.next_manifolds = state.next_manifolds, state.manifolds

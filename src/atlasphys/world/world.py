@@ -47,7 +47,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 }
 """Name → arguments of ``World`` that it stands for."""
 
-DEFAULT_PRESET = "classic"
+DEFAULT_PRESET = "default"
 
 PRECISIONS = {"single": np.float32, "double": np.float64}
 
@@ -87,17 +87,19 @@ class World:
 
     Args:
         gravity: acceleration of free fall [m/s²], (3,).
-        preset: a named set of the arguments below; explicit ones override it. ``"classic"`` (sweep and prune, GJK + EPA, sequential
-            impulses with position projection) is what a world uses by default.
-        solver: name of a solver, ``"sequential_impulse"``, or its settings, ``ap.SequentialImpulse(iterations=20)``.
+        preset: a named set of the arguments below; explicit ones override it. ``"default"``: tree, auto, soft_step. ``"classic"``: sweep and prune,
+            GJK + EPA, sequential impulses with position projection.
+        solver: name of a solver, ``"soft_step"`` or ``"sequential_impulse"``, or its settings, ``ap.SoftStep(contact_recycling=False)``.
         narrowphase: ``"gjk_epa"`` or ``"sat"`` forces one method for all convex pairs that it can serve; ``"auto"`` picks the
             fastest right one per pair.
-        broadphase: ``"sweep"`` (sweep and prune) or ``"brute"`` (all pairs; for few bodies, and the reference).
+        broadphase: ``"tree"`` (bounding volume hierarchies over fat boxes, kept from step to step), ``"sweep"`` (sweep and prune) or ``"brute"`` (all
+            pairs; for few bodies, and the reference). They find the same contacts.
         position_correction: ``"projection"`` or ``"baumgarte"``: how overlap is removed; see :class:`SequentialImpulse`.
-        substeps: solver steps per step; ``sequential_impulse`` takes 1.
+        substeps: solver steps per step. Default: 4; ``sequential_impulse`` takes 1.
         threads: number of threads; 1.
         precision: ``"single"`` (faster) or ``"double"``, for all but positions, which are always double.
-        sleeping: whether resting bodies are left out of the computation until something disturbs them; False.
+        sleeping: whether resting bodies are left out of the computation until something disturbs them. Default: True with ``soft_step``, which
+            alone can do so. See :meth:`Body.wake`.
         length_unit: typical size of a body [m]. All tolerances that are lengths, and ``restitution_threshold``'s default, scale with
             it: set 0.01 for a scene of marbles, 100 for one of houses.
         restitution_threshold: approach speed below which contacts do not bounce [m/s]. Default: 1 m/s × ``length_unit`` / m.
@@ -147,6 +149,8 @@ class World:
                 raise InvalidArgumentError(
                     "position_correction is given twice: as an argument and in the solver's settings"
                 )
+            if not hasattr(settings, "position_correction"):
+                raise InvalidArgumentError(f"position_correction is a setting of sequential_impulse, not of {name}")
             settings = dataclasses.replace(settings, position_correction=position_correction)
         settings = _with_substeps(name, settings, substeps, dataclasses.is_dataclass(solver))
         self._pipeline = Pipeline(

@@ -42,7 +42,7 @@ def renew(integers, delta, geometry, contact, tags, materials, features, old, ne
         feature = load(tags, k)
         from_first = load(contact, 4 + 4 * k), load(contact, 5 + 4 * k), load(contact, 6 + 4 * k)
         arm_a = vec.select_vec(swapped, vec.add(from_first, between), from_first)
-        arm_b = vec.sub(arm_a, between)
+        arm_b = vec.select_vec(swapped, from_first, vec.sub(from_first, between))
         in_a, in_b = vec.mat_transpose_mul_vec(frame_a, arm_a), vec.mat_transpose_mul_vec(frame_b, arm_b)
         depth = load(contact, 7 + 4 * k)
         impulse, best = zero, limit

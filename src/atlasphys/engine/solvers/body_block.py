@@ -5,7 +5,19 @@ midpoint rule with the Cayley turn of the same ω_m, which keeps angular momentu
 a fixed number here.
 """
 
-from atlasphys.engine.simd import absolute, all_lanes, full, gather, load, scatter, select, simd_kernel, sqrt, store, vec
+from atlasphys.engine.simd import (
+    absolute,
+    all_lanes,
+    full,
+    gather,
+    load,
+    scatter,
+    select,
+    simd_kernel,
+    sqrt,
+    store,
+    vec,
+)
 
 POSE = 8
 """First of the columns of ``Bodies.geometry`` that hold 8 R₂₂, 9–11 offset, 12–15 orientation."""

@@ -62,6 +62,9 @@ def refresh(bodies: Bodies, first: int, last: int) -> None:
             if locks & ROTATION_LOCKS:
                 tensor = mat.rotated_diagonal(axes, (mass[i, 2], mass[i, 3], mass[i, 4]))
                 inverse = free_inverse_inertia(tensor, locks)
+            elif isotropic:  # the same however it is turned, to the bit
+                zero = mass[i, 5] - mass[i, 5]
+                inverse = (mass[i, 5], mass[i, 6], mass[i, 7], zero, zero, zero)
             else:
                 inverse = mat.rotated_diagonal(axes, (mass[i, 5], mass[i, 6], mass[i, 7]))
             for k in range(6):

@@ -1,0 +1,77 @@
+"""Routines as mere ingredients: their LLVM code is linked into the kernels that call them, and optimised and compiled only there.
+
+Numba makes machine code of each compiled function, and optimises it again in every caller, and in each caller's caller. For functions that
+only kernels call that is wasted, and most of the time that a kernel takes to compile.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import FunctionPass, register_pass
+
+
+class _NoEnvironment:
+    """Stands for the code generator where a function's environment would be set in code that is not loaded."""
+
+    def __init__(self, codegen: Any) -> None:
+        self._codegen = codegen
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._codegen, name)
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Nothing to set."""
+
+
+class Ingredient(JITCodeLibrary):
+    """LLVM code that is never run by itself: linked with what it calls, not optimised, not loaded."""
+
+    @property
+    def codegen(self) -> Any:
+        """The code generator, for Numba's bookkeeping."""
+        return _NoEnvironment(self._codegen)
+
+    def finalize(self) -> None:
+        """Link what the function calls."""
+        self._raise_if_finalized()
+        for library in dict.fromkeys(self._linking_libraries):
+            self._reload_init.update(library._reload_init)
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        """Left to the kernels."""
+        ll_module.data_layout = self._codegen._data_layout
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """There is no machine code."""
+        return 0
+
+
+@register_pass(mutates_CFG=False, analysis_only=True)
+class _UseIngredient(FunctionPass):  # type: ignore[misc]
+    _name = "atlasphys_ingredient"
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def run_pass(self, state: Any) -> bool:
+        """Have the function lowered into an ingredient."""
+        state.library = Ingredient(state.targetctx.codegen(), state.func_id.func_qualname)
+        return False
+
+
+class IngredientCompiler(CompilerBase):  # type: ignore[misc]
+    """Numba's pipeline, with that pass."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Numba asks for them."""
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        first, _ = passes.passes[0]
+        passes.add_pass_after(_UseIngredient, first)
+        passes.finalize()
+        return [passes]
