@@ -409,7 +409,7 @@ def draw(rows: list[tuple[str, str, str, float]], times: list[float], curves: di
         place - 0.2,
         [values[name, "tower of 20 survives shot at [m/s]"] for name in shown],
         0.4,
-        label="shot survived by 20 cubes [m/s]",
+        label="shot survived by 20 cubes [m/s], tried up to 50",
     )
     right.bar(
         place + 0.2,

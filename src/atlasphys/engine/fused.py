@@ -33,10 +33,10 @@ from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
-from atlasphys.engine.solvers.contact_block import COUNT, MANIFOLD, ROLLS
 from atlasphys.engine.solvers.locked import follow_turn
 from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
+from atlasphys.engine.state.blocks import COUNT, MANIFOLD, ROLLS
 from atlasphys.engine.state.bodies import KINEMATIC
 from atlasphys.engine.state.manifolds import DEPTH, POINT_COLUMNS, RESTITUTION, ROLLING, TORSIONAL
 from atlasphys.engine.state.pose import refresh
@@ -122,7 +122,8 @@ class Constants(NamedTuple):
 
 @routine
 def find_origins(pairs, count, old_a, old_b, old_count, old_touching, old_rows, origin, ended):
-    """The row of each pair in last step's table, −1 if it is not there; both are ordered. Returns how many touching pairs are no longer candidates."""
+    """The row of each pair in last step's table, −1 if it is not there; both are ordered. Returns how many touching pairs are no longer
+    candidates."""
     j = lost = 0
     for p in range(count):
         a, b = pairs[p, 0], pairs[p, 1]
@@ -145,8 +146,8 @@ def find_origins(pairs, count, old_a, old_b, old_count, old_touching, old_rows, 
 
 @routine
 def far_center(near_center):
-    """Where a plane's centre is taken to be, as seen from a body: near it, so that differences are exact enough in single precision, and not moving with it.
-    As the body goes from one cell of the lattice to the next, its contact is collided afresh."""
+    """Where a plane's centre is taken to be, as seen from a body: near it, so that differences are exact enough in single precision, and not moving
+    with it. As the body goes from one cell of the lattice to the next, its contact is collided afresh."""
     return PLANE_CELL * np.rint(near_center / PLANE_CELL)
 
 
@@ -202,12 +203,16 @@ def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, la
     lanes.queued[kind] = 0
     for lane in range(LANES):
         p = lanes.queue[kind, min(lane, number - 1)]
-        a, b = fill_pair_lane(lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes)
+        a, b = fill_pair_lane(
+            lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
+        )
         lanes.integers[SWAPPED, lane] = place_lane(
             lane, kind, work.pairs[p, 0], work.pairs[p, 1], a, b, bodies, colliders.shape, shapes, lanes
         )
     collide_lanes(kind, bodies.geometry, constants.margin, lanes)
-    renew_lanes(work.status[STEP], number, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
+    renew_lanes(
+        work.status[STEP], number, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes
+    )  # fmt: skip
 
 
 @routine
@@ -231,7 +236,9 @@ def recycle_queue(bodies, colliders, shapes, constants, old, new, work, lanes):
     lanes.queued[KINDS] = 0
     for lane in range(LANES):
         p = lanes.queue[KINDS, min(lane, number - 1)]
-        fill_pair_lane(lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes)
+        fill_pair_lane(
+            lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
+        )
         lanes.integers[HAS_COPY, lane] = 1 if new.collided[p] == old.collided[work.origin[p]] else 0
     recycle(lanes.integers, lanes.delta, bodies.geometry, old, new, constants.recycling)
     recycled = 0
@@ -369,7 +376,9 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
         for lane in range(LANES):
             i = start + min(lane, filled - 1)
             p = work.generic[i]
-            fill_pair_lane(lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes)
+            fill_pair_lane(
+                lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
+            )
             # Points are taken as seen from the body that cannot be a plane with a far-off origin.
             from_b = work.plane_side[p] == 1
             lanes.integers[SWAPPED, lane] = from_b
@@ -378,7 +387,9 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
                 normal = vec.neg(normal)
             points = 0
             if contacts.count[i] > 0:
-                points = reduce_points(normal, contacts.anchor_b, contacts.depth, contacts.first[i], contacts.count[i], kept)
+                points = reduce_points(
+                    normal, contacts.anchor_b, contacts.depth, contacts.first[i], contacts.count[i], kept
+                )
             lanes.tags[4, lane] = points
             for k in range(3):
                 lanes.contact[k, lane] = normal[k]
@@ -389,7 +400,9 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
                     )
                 lanes.contact[7 + 4 * k, lane] = contacts.depth[kept[k]]
                 lanes.tags[k, lane] = contacts.feature[kept[k]]
-        renew_lanes(work.status[STEP], filled, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
+        renew_lanes(
+            work.status[STEP], filled, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes
+        )  # fmt: skip
 
 
 @routine
@@ -476,11 +489,33 @@ def aim_contacts(bodies, constants, new, work, member):
     motion, inverse_mass, drives, acts = bodies.motion, bodies.inverse_mass, bodies.drive, False
     first, stop = share(0, work.starts[1, COLOURS + 1], member)
     for block in range(first, stop):
-        if aim(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, drives, new, constants.bounce):
+        if aim(
+            4,
+            work.locked,
+            block,
+            work.integers_many,
+            work.blocks_many,
+            motion,
+            inverse_mass,
+            drives,
+            new,
+            constants.bounce,
+        ):
             acts = True
     first, stop = share(0, work.starts[0, COLOURS + 1], member)
     for block in range(first, stop):
-        if aim(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, drives, new, constants.bounce):
+        if aim(
+            1,
+            work.locked,
+            block,
+            work.integers_one,
+            work.blocks_one,
+            motion,
+            inverse_mass,
+            drives,
+            new,
+            constants.bounce,
+        ):
             acts = True
     if acts:
         work.status[WRONG] = 0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,10 +20,13 @@ from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import KIND, PLANE
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.solvers.bounce_block import FINEST
-from atlasphys.engine.solvers.contact_block import INTEGERS, Fields
+from atlasphys.engine.solvers.contact_block import (
+    Fields,
+)
 from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
+from atlasphys.engine.state.blocks import INTEGERS
 from atlasphys.engine.state.bodies import DYNAMIC, KINEMATIC, STATIC
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
 from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
@@ -33,15 +35,16 @@ from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
     BLOCKS_ONE,
+    CHECKED,
+    DETECT,
     DIVERGED,
     DONE,
     ENDED,
     ENTRIES,
-    CHECKED,
-    DETECT,
-    KEEPS,
     FORCES,
     GENERIC,
+    KEEPS,
+    KINEMATIC_BODIES,
     NEED_BLOCKS,
     NEED_GENERIC,
     NEED_PAIRS,
@@ -56,12 +59,9 @@ from atlasphys.engine.state.work import (
     SLEPT,
     STEP,
     WOKEN,
-    KINEMATIC_BODIES,
     Work,
     empty_lanes,
-    in_blocks,
 )
-
 from atlasphys.engine.step import DivergedError, Pipeline, Profile
 from atlasphys.engine.threads import lend_team
 
@@ -77,7 +77,6 @@ frequency on, and so their other contacts have to be softer."""
 
 LONGEST_CALL = 0.05
 """Time [s] that one compiled call should take at most, so that Ctrl-C is heard."""
-
 
 
 def constants(state: State, settings: SoftStep, h: float) -> Constants:
@@ -106,11 +105,11 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         h=real(sub),
         substeps=settings.substeps,
         slow=real(SLEEP_SPEED * unit),
-        gravity=tuple(real(g) for g in environment.gravity),  # type: ignore[arg-type]
+        gravity=tuple(real(g) for g in environment.gravity),
         ratio=real(ratio),
-        soft=tuple(real(x) for x in soft),  # type: ignore[arg-type]
-        bounce=tuple(real(x) for x in bounce),  # type: ignore[arg-type]
-        recycling=tuple(real(x) for x in recycling),  # type: ignore[arg-type]
+        soft=tuple(real(x) for x in soft),
+        bounce=tuple(real(x) for x in bounce),
+        recycling=tuple(real(x) for x in recycling),
         margin=tolerances.margin,
         match_distance=real(tolerances.match_distance),
         friction_rule=environment.friction_rule,
@@ -123,7 +122,7 @@ FATTENING = 0.05
 looked at that do not touch."""
 
 
-EMPTY: npt.NDArray[np.intp] = np.empty(0, np.intp)
+EMPTY: npt.NDArray[np.int32] = np.empty(0, np.int32)
 
 
 class Workspace:
@@ -330,6 +329,11 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     state.ended = space.work.ended[: status[ENDED]].copy()
     moved = state.bodies.kind[: state.count] == DYNAMIC
     before, now = space.work.before[: state.count], space.work.active[: state.count]
-    state.slept = np.flatnonzero(moved & (before > now)) if status[SLEPT] else EMPTY
-    state.woke = np.flatnonzero(moved & (before < now)) if status[WOKEN] else EMPTY
+    state.slept = _rows(moved & (before > now)) if status[SLEPT] else EMPTY
+    state.woke = _rows(moved & (before < now)) if status[WOKEN] else EMPTY
     return profile
+
+
+def _rows(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.int32]:
+    """Rows of which a mask is true."""
+    return np.flatnonzero(mask).astype(np.int32)

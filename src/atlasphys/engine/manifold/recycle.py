@@ -12,7 +12,20 @@ relative to each other, and would cost an impact's angular momentum. Angles are 
 |p − q| = 2 sin(θ / 4), in which small ones do not lose their digits as they do in the cosine p · q.
 """
 
-from atlasphys.engine.simd import absolute, any_lane, full, gather, load, maximum, scatter, select, simd_kernel, store, vec, when
+from atlasphys.engine.simd import (
+    absolute,
+    any_lane,
+    full,
+    gather,
+    load,
+    maximum,
+    scatter,
+    select,
+    simd_kernel,
+    store,
+    vec,
+    when,
+)
 from atlasphys.engine.state.manifolds import (
     COLLISION_DEPTH,
     DEPTH,

@@ -2,17 +2,11 @@
 
 from atlasphys.engine.simd import full, gather, load, maximum, minimum, scatter, select, simd_kernel, store, vec
 from atlasphys.engine.solvers.contact_block import (
-    BODY_A,
-    BODY_B,
     CENTROID,
     COEFFICIENT,
-    COUNT,
     FAR,
     FRESH,
     FRICTION_MATRIX,
-    MANIFOLD,
-    MOVES_A,
-    MOVES_B,
     NORMAL,
     SHARE,
     SLIDE,
@@ -32,6 +26,7 @@ from atlasphys.engine.solvers.contact_block import (
     store_vec,
     weighted,
 )
+from atlasphys.engine.state.blocks import BODY_A, BODY_B, COUNT, MANIFOLD, MOVES_A, MOVES_B
 from atlasphys.engine.state.manifolds import (
     ANCHOR_A,
     ANCHOR_B,

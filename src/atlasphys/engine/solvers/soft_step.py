@@ -30,7 +30,8 @@ class SoftStep:
             stand only with it; without it every pair is collided in every step and angular momentum is exact.
         recycle_slip: how far the two bodies' copies of a recycled contact point may part along the surface [m], for a length unit of 1 m.
             Larger: what slides over an edge is held up.
-        recycle_speed: how fast the two may come together or part there [m/s], for a length unit of 1 m. Larger: impacts lose or gain angular momentum.
+        recycle_speed: how fast the two may come together or part there [m/s], for a length unit of 1 m. Larger: impacts lose or gain angular
+            momentum.
         recycle_turn: angle by which either body may have turned since [rad]. Larger: tall stacks survive harder blows. Smaller: what tips
             over together with what it stands on does so less late.
         recycle_twist: angle by which the two may have turned against each other [rad]. Larger: bodies that tip over are held up. Smaller:
