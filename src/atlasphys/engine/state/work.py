@@ -145,7 +145,7 @@ def in_blocks(rows: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
     return np.ascontiguousarray(padded.reshape(-1, LANES), np.int32)
 
 
-QUEUES = 8
+QUEUES = 16
 """At least KINDS + 1 of narrowphase/batch.py."""
 
 
