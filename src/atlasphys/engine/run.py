@@ -68,6 +68,13 @@ from atlasphys.engine.threads import lend_team
 MOST_GROWTH = 4.0
 """By how much last step's impulses may be scaled up for a longer step; see solvers/sequential_impulse.py."""
 
+MOST_FREQUENCY = 0.15
+"""Greatest frequency of contacts, as a share of the number of substeps a second. From 0.17 on pyramids jitter (docs/soft_step.md)."""
+
+STATIC_STIFFENING = 1.0
+"""Factor on the frequency of contacts with bodies that are not dynamic. With 2, which other engines use, pyramids jitter from two thirds of that
+frequency on, and so their other contacts have to be softer."""
+
 LONGEST_CALL = 0.05
 """Time [s] that one compiled call should take at most, so that Ctrl-C is heard."""
 
@@ -77,18 +84,18 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
     real, environment, tolerances = state.real.type, state.environment, state.tolerances
     sub = h / settings.substeps
     unit = environment.length_unit
-    frequency = min(settings.contact_frequency, 0.25 / sub)
+    frequency = min(settings.contact_frequency, MOST_FREQUENCY / sub)
     soft = (
         1 / sub,
         *softness(frequency, settings.contact_damping, sub),
-        *softness(2 * frequency, settings.contact_damping, sub),
+        *softness(STATIC_STIFFENING * frequency, settings.contact_damping, sub),
         settings.push_out_speed * unit,
     )
     bounce = (environment.restitution_threshold, h, sub, float(tolerances.slop), FINEST[state.real.char])
     recycling = (
         (settings.recycle_slip * unit) ** 2 if settings.contact_recycling else -1.0,
-        math.cos(settings.recycle_turn / 2),
-        math.cos(settings.recycle_twist / 2),
+        (2 * math.sin(settings.recycle_turn / 4)) ** 2,
+        (2 * math.sin(settings.recycle_twist / 4)) ** 2,
         float(tolerances.margin),
         settings.recycle_speed * unit * h,
     )
