@@ -28,6 +28,7 @@ from atlasphys.engine.manifold.recycle import (
 from atlasphys.engine.manifold.reduce import reduce_points
 from atlasphys.engine.manifold.renew import renew
 from atlasphys.engine.math import vec
+from atlasphys.engine.narrowphase.apart import INEXACT, add_travel, carry_expiry
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
@@ -270,6 +271,17 @@ def is_turntable(bodies, i):
 
 
 @routine
+def leave_distant(block, asked, reach, work):
+    """Which of the pairs of a block that are asked for have tight boxes that touch, as bits; how long the others stay apart is noted."""
+    touching, gap = near(block, work.pair_bodies, reach, work.lanes.gap), work.lanes.gap
+    for lane in range(LANES):
+        if asked & ~touching & (1 << lane):
+            a, b = work.pair_bodies[block, 0, lane], work.pair_bodies[block, 1, lane]
+            work.expiry[LANES * block + lane] = work.travel[a] + work.travel[b] + gap[0, lane]
+    return asked & touching
+
+
+@routine
 def detect(bodies, colliders, shapes, constants, reach, old, new, work):
     """Narrow phase and manifolds of all candidate pairs, except those left to ``generic``."""
     status, pairs, origin = work.status, work.pairs, work.origin
@@ -279,6 +291,7 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work):
         status[ENDED] = find_origins(
             pairs, count, old.a, old.b, old.count, old.touching, status[OLD_ROWS], origin, work.ended
         )
+        carry_expiry(origin, count, work.expiry_before, work.expiry)
     work.queued[:] = 0
     recycling = constants.recycling[0] >= 0
     if status[RENAME] > 0:
@@ -287,8 +300,8 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work):
             new.a[p], new.b[p], new.collided[p] = pairs[p, 0], pairs[p, 1], -1
     for start in range(0, count, LANES):
         block = start // LANES
-        touching = near(block, work.pair_bodies, reach) if status[KEEPS] else -1
-        for lane in range(min(LANES, count - start)):
+        number, asked = min(LANES, count - start), 0
+        for lane in range(number):
             p = start + lane
             j = origin[p]
             a, b = work.pair_bodies[block, 0, lane], work.pair_bodies[block, 1, lane]
@@ -303,8 +316,13 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work):
                 work.queued[KINDS] += 1
                 if work.queued[KINDS] == LANES:
                     recycle_queue(bodies, colliders, shapes, constants, old, new, work)
-            elif touching & (1 << lane):
-                enqueue(p, bodies, colliders, shapes, constants, old, new, work)
+            elif not status[KEEPS] or work.travel[a] + work.travel[b] >= work.expiry[p]:
+                asked |= 1 << lane
+        if asked and status[KEEPS]:
+            asked = leave_distant(block, asked, reach, work)
+        for lane in range(number):
+            if asked & (1 << lane):
+                enqueue(start + lane, bodies, colliders, shapes, constants, old, new, work)
     if work.queued[KINDS] > 0:
         recycle_queue(bodies, colliders, shapes, constants, old, new, work)
     for kind in range(KINDS):
@@ -316,6 +334,12 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work):
 def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
     """Manifolds of the pairs that the routines called by Python have collided: contact i belongs to pair ``generic[i]``."""
     lanes, number = work.lanes, work.status[GENERIC]
+    for i in range(number):
+        if contacts.gap[i] > 0:
+            p = work.generic[i]
+            a, b = work.pair_bodies[p // LANES, 0, p % LANES], work.pair_bodies[p // LANES, 1, p % LANES]
+            size = INEXACT * (work.extent[a] + work.extent[b])
+            work.expiry[p] = work.travel[a] + work.travel[b] + contacts.gap[i] - size
     for start in range(0, number, LANES):
         filled = min(LANES, number - start)
         for lane in range(LANES):
@@ -558,6 +582,7 @@ def finish(bodies, colliders, count, constants, new, remembered, work):
         for block in range(blocks):
             for lane in range(LANES):
                 i = rows[block, lane]
+                add_travel(i, bodies, remembered, work.extent, work.travel)
                 for k in range(3):
                     remembered.position[i, k] = bodies.position[i, k]
                 for k in range(4):
