@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,16 +14,19 @@ from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused import Constants, run_steps
 from atlasphys.engine.islands.colour import COLOURS
-from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
+from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF
 from atlasphys.engine.narrowphase.dispatch import collide
 from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import KIND, PLANE
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.solvers.bounce_block import FINEST
-from atlasphys.engine.solvers.contact_block import INTEGERS, Fields
+from atlasphys.engine.solvers.contact_block import (
+    Fields,
+)
 from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
+from atlasphys.engine.state.blocks import INTEGERS
 from atlasphys.engine.state.bodies import DYNAMIC, KINEMATIC, STATIC
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
 from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
@@ -33,15 +35,16 @@ from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
     BLOCKS_ONE,
+    CHECKED,
+    DETECT,
     DIVERGED,
     DONE,
     ENDED,
     ENTRIES,
-    CHECKED,
-    DETECT,
-    KEEPS,
     FORCES,
     GENERIC,
+    KEEPS,
+    KINEMATIC_BODIES,
     NEED_BLOCKS,
     NEED_GENERIC,
     NEED_PAIRS,
@@ -56,20 +59,17 @@ from atlasphys.engine.state.work import (
     SLEPT,
     STEP,
     WOKEN,
-    KINEMATIC_BODIES,
     Work,
     empty_lanes,
-    in_blocks,
 )
-
 from atlasphys.engine.step import DivergedError, Pipeline, Profile
+from atlasphys.engine.threads import lend_team
 
 MOST_GROWTH = 4.0
 """By how much last step's impulses may be scaled up for a longer step; see solvers/sequential_impulse.py."""
 
 LONGEST_CALL = 0.05
 """Time [s] that one compiled call should take at most, so that Ctrl-C is heard."""
-
 
 
 def constants(state: State, settings: SoftStep, h: float) -> Constants:
@@ -98,11 +98,11 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         h=real(sub),
         substeps=settings.substeps,
         slow=real(SLEEP_SPEED * unit),
-        gravity=tuple(real(g) for g in environment.gravity),  # type: ignore[arg-type]
+        gravity=tuple(real(g) for g in environment.gravity),
         ratio=real(ratio),
-        soft=tuple(real(x) for x in soft),  # type: ignore[arg-type]
-        bounce=tuple(real(x) for x in bounce),  # type: ignore[arg-type]
-        recycling=tuple(real(x) for x in recycling),  # type: ignore[arg-type]
+        soft=tuple(real(x) for x in soft),
+        bounce=tuple(real(x) for x in bounce),
+        recycling=tuple(real(x) for x in recycling),
         margin=tolerances.margin,
         match_distance=real(tolerances.match_distance),
         friction_rule=environment.friction_rule,
@@ -110,12 +110,12 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
     )
 
 
-FATTENING = 0.1
+FATTENING = 0.05
 """Room that a fat box leaves all round its body [m], for a length unit of 1 m. Smaller: pairs are looked for more often. Larger: more pairs are
 looked at that do not touch."""
 
 
-EMPTY: npt.NDArray[np.intp] = np.empty(0, np.intp)
+EMPTY: npt.NDArray[np.int32] = np.empty(0, np.int32)
 
 
 class Workspace:
@@ -162,8 +162,6 @@ def empty_work(state: State) -> Work:
         expiry_before=np.full(1, -np.inf),
         origin=one,
         generic=one.copy(),
-        queue=np.zeros((KINDS + 1, LANES), np.int32),
-        queued=np.zeros(KINDS + 1, np.int32),
         began=np.zeros((1, 2), np.int32),
         ended=np.zeros((1, 2), np.int32),
         colours=np.zeros(1, np.int8),
@@ -181,7 +179,7 @@ def empty_work(state: State) -> Work:
         plain=np.zeros((-(-int((~tumbles).sum()) // LANES), LANES), np.int32),
         tumbling=np.zeros((-(-int(tumbles.sum()) // LANES), LANES), np.int32),
         room=np.zeros((max(-(-len(moving) // LANES), 1), LANES), real),
-        lanes=empty_lanes(real),
+        lanes=empty_lanes(1, real),
     )
 
 
@@ -288,14 +286,17 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     status[KINEMATIC_BODIES] = (state.bodies.kind[: state.count] == KINEMATIC).any()
     if keeps and (written or len(space.tree.fat.center) != state.count):
         look_for_pairs(state, pipeline.broadphase, h)
+    if len(space.work.lanes.queue) < pipeline.threads:
+        space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, state.real))
     wanted = chunk = 1
     completed, began = 0, time.perf_counter()
     while True:
         start = time.perf_counter()
-        answer = run_steps(
-            state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered, state.contacts,
-            space.kept, state.count, space.tree.fat, values, space.work, wanted,
-        )  # fmt: skip
+        with lend_team(pipeline.threads) as sync:
+            answer = run_steps(
+                state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered,
+                state.contacts, space.kept, state.count, space.tree.fat, values, space.work, wanted, sync,
+            )  # fmt: skip
         status = space.work.status
         if status[PARITY]:
             state.manifolds, state.next_manifolds = state.next_manifolds, state.manifolds
@@ -334,6 +335,11 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     state.ended = space.work.ended[: status[ENDED]].copy()
     moved = state.bodies.kind[: state.count] == DYNAMIC
     before, now = space.work.before[: state.count], space.work.active[: state.count]
-    state.slept = np.flatnonzero(moved & (before > now)) if status[SLEPT] else EMPTY
-    state.woke = np.flatnonzero(moved & (before < now)) if status[WOKEN] else EMPTY
+    state.slept = _rows(moved & (before > now)) if status[SLEPT] else EMPTY
+    state.woke = _rows(moved & (before < now)) if status[WOKEN] else EMPTY
     return profile
+
+
+def _rows(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.int32]:
+    """Rows of which a mask is true."""
+    return np.flatnonzero(mask).astype(np.int32)

@@ -213,9 +213,7 @@ class World:
             if not _fused(name):
                 self._state.wake()
         sleeping = self._pipeline.sleeping and _fused(name)
-        self._pipeline = dataclasses.replace(
-            self._pipeline, solver=name, solver_settings=settings, sleeping=sleeping
-        )
+        self._pipeline = dataclasses.replace(self._pipeline, solver=name, solver_settings=settings, sleeping=sleeping)
 
     @property
     def solver_settings(self) -> Any:
@@ -540,14 +538,17 @@ class World:
 
     @property
     def events(self) -> list[Event]:
-        """What happened in the last step: contacts that began and ended, bodies that fell asleep or were woken by a contact. A body that is removed takes its contacts with it without an event."""
+        """What happened in the last step: contacts that began and ended, bodies that fell asleep or were woken by a contact. A body that is removed
+        takes its contacts with it without an event."""
         state, body = self._state, self._state.colliders.body
         return [
             Event(kind, Body(self, int(body[a])), Body(self, int(body[b])))
             for kind, pairs in (("contact_begin", state.began), ("contact_end", state.ended))
             for a, b in pairs
         ] + [
-            Event(kind, Body(self, int(row))) for kind, rows in (("sleep", state.slept), ("wake", state.woke)) for row in rows
+            Event(kind, Body(self, int(row)))
+            for kind, rows in (("sleep", state.slept), ("wake", state.woke))
+            for row in rows
         ]
 
     @property

@@ -58,8 +58,8 @@ class FatBoxes(NamedTuple):
     half: npt.NDArray[np.floating]
     """(n, 8) 0–2 half sizes of the fat box; 3–5 from the centre of mass to the centre of the tight box, when the fat box was made [m]."""
     reach: npt.NDArray[np.floating]
-    """(n, 8) the tight box as it is now, margin included: 0–2 lower and 3–5 upper corner, rounded outwards [m]. Infinite where it is not worked out: planes
-    and static bodies."""
+    """(n, 8) the tight box as it is now, margin included: 0–2 lower and 3–5 upper corner, rounded outwards [m]. Infinite where it is not worked
+    out: planes and static bodies."""
     boxes: npt.NDArray[np.float32]
     """(n + 1, 8) the fat box for the tree: lower and upper corner, rounded outwards. The last row is empty, and so are those of planes."""
 
@@ -104,8 +104,9 @@ def shape_bounds(
 
 @simd_kernel
 def room_left(block, rows, geometry, bound, half, offset, margin, room, reach) -> bool:
-    """Store the tight boxes in ``reach``, and how far the tight boxes of eight bodies, ``margin`` included, are from the nearest side of their fat boxes, −1 for NaN; return
-    whether any is outside. ``offset`` (6, 8) has the centres of mass relative to the fat boxes' centres, and as they are."""
+    """Store the tight boxes in ``reach``, and how far the tight boxes of eight bodies, ``margin`` included, are from the nearest side of their fat
+    boxes, −1 for NaN; return whether any is outside. ``offset`` (6, 8) has the centres of mass relative to the fat boxes' centres, and as they
+    are."""
     index = load(rows, block)
     m = gather(geometry, index, 16)
     x, y, z, h0, h1, h2, radius, _ = gather(bound, index)
@@ -139,13 +140,14 @@ def load_offsets(block, rows, center, fat_center, offset):
 
 
 @routine
-def has_left(rows, blocks, center, geometry, fat, margin, offset, room):
-    """Whether any of the bodies named in the first ``blocks`` of ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included. Works out ``fat.reach`` of them all.
+def has_left(first, stop, rows, center, geometry, fat, margin, offset, room):
+    """Whether any of the bodies named in the blocks ``first`` … ``stop`` − 1 of ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included. Works
+    out ``fat.reach`` of them all.
 
     ``center`` and ``geometry`` are the bodies' columns; ``offset`` (6, 8) and ``room`` (at least blocks, 8) are scratch of the bodies' precision.
     """
     left = False
-    for block in range(blocks):
+    for block in range(first, stop):
         load_offsets(block, rows, center, fat.center, offset)
         if room_left(block, rows, geometry, fat.bound, fat.half, offset, margin, room, fat.reach):
             left = True

@@ -6,11 +6,24 @@ hold the tower up; and a pair at rest need not be collided again. What changes e
 depth, from where the two bodies' copies of the contact point now are: depth₀ − n · e with e = (x_b + R_b l_b) − (x_a + R_a l_a).
 
 A pair is collided afresh once e exceeds ``slip`` at any of its points, either body has turned by more than ``turn``, or they have by more than
-``twist`` against each other. So it is when they come together or part faster than ``speed``: frozen arms are for pairs at rest relative to each other, and would cost an
-impact's angular momentum.
+``twist`` against each other. So it is when they come together or part faster than ``speed``: frozen arms are for pairs at rest relative to each
+other, and would cost an impact's angular momentum.
 """
 
-from atlasphys.engine.simd import absolute, any_lane, full, gather, load, maximum, scatter, select, simd_kernel, store, vec, when
+from atlasphys.engine.simd import (
+    absolute,
+    any_lane,
+    full,
+    gather,
+    load,
+    maximum,
+    scatter,
+    select,
+    simd_kernel,
+    store,
+    vec,
+    when,
+)
 from atlasphys.engine.state.manifolds import (
     COLLISION_DEPTH,
     DEPTH,
@@ -50,7 +63,8 @@ def dot4(p, q):
 def recycle(integers, delta, geometry, old, new, limits):
     """Carry eight manifolds over, where they may be recycled; RESULT of ``integers`` says for which that was done.
 
-    ``delta`` (3, 8) is x_b − x_a. ``limits``: slip² [m²]; cosines of half of turn and twist; gap beyond which there is no contact [m]; change of depth in a step [m].
+    ``delta`` (3, 8) is x_b − x_a. ``limits``: slip² [m²]; cosines of half of turn and twist; gap beyond which there is no contact [m]; change of
+    depth in a step [m].
     """
     slip_squared, turn_cosine, twist_cosine, margin, change = limits
     row, count = load(integers, OLD_ROW), load(integers, OLD_COUNT)

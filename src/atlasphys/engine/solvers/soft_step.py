@@ -29,7 +29,8 @@ class SoftStep:
         contact_recycling: keep the contact points of pairs that have barely moved since they were last collided (docs/soft_step.md). Tall stacks
             stand only with it; without it every pair is collided in every step and angular momentum is exact.
         recycle_slip: how far the two bodies' copies of a recycled contact point may part [m], for a length unit of 1 m.
-        recycle_speed: how fast the two may come together or part there [m/s], for a length unit of 1 m. Larger: impacts lose or gain angular momentum.
+        recycle_speed: how fast the two may come together or part there [m/s], for a length unit of 1 m. Larger: impacts lose or gain angular
+            momentum.
         recycle_turn: angle by which either body may have turned since [rad]. Larger: spinning and toppling bodies are held up.
         recycle_twist: angle by which the two may have turned against each other [rad].
 
