@@ -134,6 +134,7 @@ class Workspace:
         n = state.count
         bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
         self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]
+        self.work.extent[:n] = bounds[:, BOUNDING_RADIUS] + np.sqrt((state.bodies.local_center[:n].astype(float) ** 2).sum(axis=1))
         self.work.status[OLD_ROWS] = state.manifold_count
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
         self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
@@ -162,6 +163,10 @@ def empty_work(state: State) -> Work:
         ready=np.zeros(max(n, 1), np.uint8),
         moves=np.zeros(max(n, 1), np.uint8) | (state.bodies.kind[: max(n, 1)] == DYNAMIC),
         plane_side=np.zeros(1, np.int8),
+        travel=np.zeros(max(n, 1)),
+        extent=np.zeros(max(n, 1)),
+        expiry=np.full(1, -np.inf),
+        expiry_before=np.full(1, -np.inf),
         origin=one,
         generic=one.copy(),
         began=np.zeros((1, 2), np.int32),
@@ -189,8 +194,14 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
     """Take over new candidate pairs."""
     work, count = state.workspace.work, len(pairs)
     status = work.status
-    status[PAIRS], status[PAIRS_CHANGED] = count, 1
     rows = int(status[OLD_ROWS])
+    if not status[PAIRS_CHANGED]:  # else what is known of the old pairs has been put aside before
+        work = work._replace(expiry=work.expiry_before, expiry_before=work.expiry)
+    if len(work.expiry_before) < rows:
+        work = work._replace(expiry_before=np.full(rows, -np.inf))
+    status[PAIRS], status[PAIRS_CHANGED] = count, 1
+    if len(work.expiry) < count:
+        work = work._replace(expiry=np.full(2 * count + 8, -np.inf))
     if len(work.pairs) < count or len(work.ended) < count + rows:
         capacity = 2 * count + 8
         work = work._replace(
@@ -267,6 +278,8 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     if written:
         refresh(state.bodies, 0, state.count)
         state.stale = False
+        if state.workspace is not None:
+            state.workspace.work.expiry[:] = state.workspace.work.expiry_before[:] = -np.inf
     if state.workspace is not None and state.workspace.narrowphase != pipeline.narrowphase:
         state.workspace = None
     if state.workspace is None:
