@@ -30,6 +30,7 @@ from atlasphys.engine.manifold.renew import renew
 from atlasphys.engine.math import vec
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
 from atlasphys.engine.simd import LANES
+from atlasphys.engine.simd.address import address_call
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
 from atlasphys.engine.solvers.locked import follow_turn
@@ -43,6 +44,8 @@ from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
     BLOCKS_ONE,
+    BOUNCES,
+    BROKEN,
     CHECKED,
     DETECT,
     DIVERGED,
@@ -53,6 +56,7 @@ from atlasphys.engine.state.work import (
     GENERIC,
     KEEPS,
     KINEMATIC_BODIES,
+    LEFT,
     LIVE,
     NEED_BLOCKS,
     NEED_GENERIC,
@@ -72,7 +76,22 @@ from atlasphys.engine.state.work import (
     TAKE_GENERIC,
     TUMBLING,
     WOKEN,
+    WRONG,
+    lanes_of,
 )
+from atlasphys.engine.team import CODE, DATA, do_task, meet, member_of, share
+
+# Tasks of a team (team.py)
+LOOK, COLLIDE, ADVANCE, REMEMBER = range(1, 5)
+
+CHUNK = 128
+"""Pairs that a thread collides at a stretch; whole blocks."""
+
+# Least work that a thread is asked to help with: blocks of bodies, pairs, blocks of contacts.
+BODIES_EACH, PAIRS_EACH, CONTACTS_EACH = 64, 256, 64
+
+FEW_BLOCKS = 8
+"""Below so many blocks, a colour is done by one thread."""
 
 PLANE_CELL = 64.0
 """Cell size of the lattice on which a plane's centre is taken to be [m]."""
@@ -178,12 +197,12 @@ def renew_lanes(step, number, pairs, origin, geometry, material, constants, old,
 
 
 @routine
-def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work):
+def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, lanes):
     """Collide the pairs of one kind that wait, up to eight."""
-    number, lanes = work.queued[kind], work.lanes
-    work.queued[kind] = 0
+    number = lanes.queued[kind]
+    lanes.queued[kind] = 0
     for lane in range(LANES):
-        p = work.queue[kind, min(lane, number - 1)]
+        p = lanes.queue[kind, min(lane, number - 1)]
         a, b = fill_pair_lane(
             lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
         )
@@ -197,26 +216,26 @@ def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work):
 
 
 @routine
-def enqueue(p, bodies, colliders, shapes, constants, old, new, work):
+def enqueue(p, bodies, colliders, shapes, constants, old, new, work, lanes):
     """Have a pair collided: once eight of its kind wait, or later by a routine that Python calls."""
     kind = work.kinds[p]
     if kind == GENERIC_KIND:
-        work.generic[work.status[GENERIC]] = p
-        work.status[GENERIC] += 1
+        work.generic[p] = 1
+        work.status[GENERIC] = 1
         return
-    work.queue[kind, work.queued[kind]] = p
-    work.queued[kind] += 1
-    if work.queued[kind] == LANES:
-        collide_queue(kind, bodies, colliders, shapes, constants, old, new, work)
+    lanes.queue[kind, lanes.queued[kind]] = p
+    lanes.queued[kind] += 1
+    if lanes.queued[kind] == LANES:
+        collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, lanes)
 
 
 @routine
-def recycle_queue(bodies, colliders, shapes, constants, old, new, work):
+def recycle_queue(bodies, colliders, shapes, constants, old, new, work, lanes):
     """Recycle the pairs that wait for it, up to eight, or have them collided."""
-    number, lanes = work.queued[KINDS], work.lanes
-    work.queued[KINDS] = 0
+    number = lanes.queued[KINDS]
+    lanes.queued[KINDS] = 0
     for lane in range(LANES):
-        p = work.queue[KINDS, min(lane, number - 1)]
+        p = lanes.queue[KINDS, min(lane, number - 1)]
         fill_pair_lane(
             lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
         )
@@ -227,14 +246,14 @@ def recycle_queue(bodies, colliders, shapes, constants, old, new, work):
         if lanes.integers[RESULT, lane]:
             recycled |= 1 << lane
     for lane in range(number):
-        p = work.queue[KINDS, lane]
+        p = lanes.queue[KINDS, lane]
         if recycled & (1 << lane):
             j = work.origin[p]
             new.count[p], new.touching[p], new.collided[p] = old.count[j], old.touching[j], old.collided[j]
             for k in range(4):
                 new.feature[p, k] = old.feature[j, k]
         else:
-            enqueue(p, bodies, colliders, shapes, constants, old, new, work)
+            enqueue(p, bodies, colliders, shapes, constants, old, new, work, lanes)
 
 
 @routine
@@ -276,27 +295,51 @@ def is_turntable(bodies, i):
 
 
 @routine
-def detect(bodies, colliders, shapes, constants, reach, old, new, work):
-    """Narrow phase and manifolds of all candidate pairs, except those left to ``generic``."""
-    status, pairs, origin = work.status, work.pairs, work.origin
+def begin_detection(old, new, work):
+    """Find the pairs' rows in last step's table, name those in the next one, and forget last step's events."""
+    status, pairs = work.status, work.pairs
     count = status[PAIRS]
     status[GENERIC] = status[BEGAN] = status[ENDED] = 0
     if status[PAIRS_CHANGED]:
         status[ENDED] = find_origins(
-            pairs, count, old.a, old.b, old.count, old.touching, status[OLD_ROWS], origin, work.ended
+            pairs, count, old.a, old.b, old.count, old.touching, status[OLD_ROWS], work.origin, work.ended
         )
-    work.queued[:] = 0
-    recycling = constants.recycling[0] >= 0
     if status[RENAME] > 0:
         status[RENAME] -= 1
         for p in range(count):
             new.a[p], new.b[p], new.collided[p] = pairs[p, 0], pairs[p, 1], -1
-    for start in range(0, count, LANES):
+
+
+@routine
+def detect(bodies, colliders, shapes, constants, reach, old, new, work, lanes, member):
+    """Narrow phase and manifolds of a member's share of the candidate pairs, except those left to ``generic``.
+
+    The members take chunks in turn: pairs that are much work are often neighbours.
+    """
+    lanes.queued[:] = 0
+    count = work.status[PAIRS]
+    for first in range(CHUNK * member.rank, count, CHUNK * member.size):
+        stop = min(first + CHUNK, count)
+        detect_range(first, stop, bodies, colliders, shapes, constants, reach, old, new, work, lanes)
+    if lanes.queued[KINDS] > 0:
+        recycle_queue(bodies, colliders, shapes, constants, old, new, work, lanes)
+    for kind in range(KINDS):
+        if lanes.queued[kind] > 0:
+            collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, lanes)
+
+
+@routine
+def detect_range(first, stop, bodies, colliders, shapes, constants, reach, old, new, work, lanes):
+    """Have a range of whole blocks of pairs recycled or collided, as soon as eight of a kind wait for it."""
+    status, origin = work.status, work.origin
+    recycling = constants.recycling[0] >= 0
+    for start in range(first, stop, LANES):
         block = start // LANES
         touching = near(block, work.pair_bodies, reach) if status[KEEPS] else -1
-        for lane in range(min(LANES, count - start)):
+        for lane in range(min(LANES, stop - start)):
             p = start + lane
             j = origin[p]
+            work.generic[p] = 0
             a, b = work.pair_bodies[block, 0, lane], work.pair_bodies[block, 1, lane]
             if not (work.active[a] or work.active[b]):
                 keep_asleep(p, j, old, new, work.copied)
@@ -305,23 +348,29 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work):
             new.count[p] = 0
             rides = status[KINEMATIC_BODIES] and (is_turntable(bodies, a) or is_turntable(bodies, b))
             if recycling and j >= 0 and old.count[j] > 0 and not rides:
-                work.queue[KINDS, work.queued[KINDS]] = p
-                work.queued[KINDS] += 1
-                if work.queued[KINDS] == LANES:
-                    recycle_queue(bodies, colliders, shapes, constants, old, new, work)
+                lanes.queue[KINDS, lanes.queued[KINDS]] = p
+                lanes.queued[KINDS] += 1
+                if lanes.queued[KINDS] == LANES:
+                    recycle_queue(bodies, colliders, shapes, constants, old, new, work, lanes)
             elif touching & (1 << lane):
-                enqueue(p, bodies, colliders, shapes, constants, old, new, work)
-    if work.queued[KINDS] > 0:
-        recycle_queue(bodies, colliders, shapes, constants, old, new, work)
-    for kind in range(KINDS):
-        if work.queued[kind] > 0:
-            collide_queue(kind, bodies, colliders, shapes, constants, old, new, work)
+                enqueue(p, bodies, colliders, shapes, constants, old, new, work, lanes)
+
+
+@routine
+def list_generic(work):
+    """Turn ``generic`` from marks at the pairs that are left to Python into a list of them."""
+    number = 0
+    for p in range(work.status[PAIRS]):
+        if work.generic[p]:
+            work.generic[number] = p
+            number += 1
+    work.status[GENERIC] = number
 
 
 @routine
 def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
     """Manifolds of the pairs that the routines called by Python have collided: contact i belongs to pair ``generic[i]``."""
-    lanes, number = work.lanes, work.status[GENERIC]
+    lanes, number = lanes_of(work.lanes, 0), work.status[GENERIC]
     for start in range(0, number, LANES):
         filled = min(LANES, number - start)
         for lane in range(LANES):
@@ -370,22 +419,55 @@ def list_live(count, rows, pair_bodies, active, live):
 
 
 @routine
-def prepare_contacts(bodies, constants, new, work):
-    """Write the blocks of all contacts. Returns whether one of them has restitution."""
+def size_of_colour(colour, starts):
+    """Blocks of a colour, of both classes."""
+    return starts[0, colour + 1] - starts[0, colour] + starts[1, colour + 1] - starts[1, colour]
+
+
+@routine
+def is_leaders(colour, starts):
+    """Whether all blocks of a colour are the leader's: few are not worth a meeting, and those of the last colour have bodies in common."""
+    return colour == COLOURS or size_of_colour(colour, starts) < FEW_BLOCKS
+
+
+@routine
+def share_of_colour(points, colour, starts, member):
+    """A member's blocks of a class and colour: the first and the one past the last."""
+    first, stop = starts[points, colour], starts[points, colour + 1]
+    if is_leaders(colour, starts):
+        return first, stop if member.rank == 0 else first
+    return share(first, stop, member)
+
+
+@routine
+def meet_after(colour, starts, member):
+    """Wait for the others, unless there was nothing to do, or the leader did this colour and does the next."""
+    if size_of_colour(colour, starts) > 0:
+        goes_on = colour < COLOURS and size_of_colour(colour + 1, starts) > 0 and is_leaders(colour + 1, starts)
+        if not (goes_on and is_leaders(colour, starts)):
+            meet(member)
+
+
+@routine
+def prepare_contacts(bodies, constants, new, work, member):
+    """Write the blocks of all contacts. BOUNCES says whether one of them has restitution."""
     inverse_mass, ratio, bounces = bodies.inverse_mass, constants.ratio, False
-    for block in range(work.starts[1, COLOURS + 1]):
+    first, stop = share(0, work.starts[1, COLOURS + 1], member)
+    for block in range(first, stop):
         if prepare(4, work.locked, block, work.integers_many, work.blocks_many, new, inverse_mass, ratio):
             bounces = note_materials(4, block, work.integers_many, work.rolls_many, new) or bounces
             if work.integers_many[block, ROLLS, 0]:
                 prepare_rolling(
                     block, work.integers_many, work.blocks_many, work.rolls_many, new, inverse_mass, ratio
                 )  # fmt: skip
-    for block in range(work.starts[0, COLOURS + 1]):
+    first, stop = share(0, work.starts[0, COLOURS + 1], member)
+    for block in range(first, stop):
         if prepare(1, work.locked, block, work.integers_one, work.blocks_one, new, inverse_mass, ratio):
             bounces = note_materials(1, block, work.integers_one, work.rolls_one, new) or bounces
             if work.integers_one[block, ROLLS, 0]:
                 prepare_rolling(block, work.integers_one, work.blocks_one, work.rolls_one, new, inverse_mass, ratio)
-    return bounces
+    if bounces:
+        work.status[BOUNCES] = 1
 
 
 @routine
@@ -402,73 +484,108 @@ def note_materials(points, block, integers, rolls, new):
 
 
 @routine
-def aim_contacts(bodies, constants, new, work):
-    """Work out what restitution asks for. Returns whether it acts in this step."""
+def aim_contacts(bodies, constants, new, work, member):
+    """Work out what restitution asks for. WRONG becomes 0 if it acts in this step."""
     motion, inverse_mass, drives, acts = bodies.motion, bodies.inverse_mass, bodies.drive, False
-    for block in range(work.starts[1, COLOURS + 1]):
-        acts = aim(
-            4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, drives, new, constants.bounce
-        ) or acts  # fmt: skip
-    for block in range(work.starts[0, COLOURS + 1]):
-        acts = aim(
-            1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, drives, new, constants.bounce
-        ) or acts  # fmt: skip
-    return acts
+    first, stop = share(0, work.starts[1, COLOURS + 1], member)
+    for block in range(first, stop):
+        if aim(
+            4,
+            work.locked,
+            block,
+            work.integers_many,
+            work.blocks_many,
+            motion,
+            inverse_mass,
+            drives,
+            new,
+            constants.bounce,
+        ):
+            acts = True
+    first, stop = share(0, work.starts[0, COLOURS + 1], member)
+    for block in range(first, stop):
+        if aim(
+            1,
+            work.locked,
+            block,
+            work.integers_one,
+            work.blocks_one,
+            motion,
+            inverse_mass,
+            drives,
+            new,
+            constants.bounce,
+        ):
+            acts = True
+    if acts:
+        work.status[WRONG] = 0
 
 
 @routine
-def strike_contacts(motion, inverse_mass, ease, work):
-    """One pass over all contacts, colour by colour. Returns whether a bounce was not solved for yet."""
-    starts, wrong = work.starts, False
+def strike_contacts(number, motion, inverse_mass, ease, work, member):
+    """Pass ``number`` over all contacts, colour by colour. WRONG becomes that number if a bounce was not solved for yet."""
+    starts = work.starts
     for colour in range(COLOURS + 1):
-        for block in range(starts[1, colour], starts[1, colour + 1]):
+        first, stop = share_of_colour(1, colour, starts, member)
+        for block in range(first, stop):
             if strike(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, ease):
-                wrong = True
-        for block in range(starts[0, colour], starts[0, colour + 1]):
+                work.status[WRONG] = number
+        first, stop = share_of_colour(0, colour, starts, member)
+        for block in range(first, stop):
             if strike(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, ease):
-                wrong = True
-    return wrong
+                work.status[WRONG] = number
+        meet_after(colour, starts, member)
 
 
 @routine
-def bounce_contacts(bodies, constants, new, work):
+def bounce_contacts(bodies, constants, new, work, member):
     """Resolve the impacts of contacts with restitution."""
     motion, inverse_mass = bodies.motion, bodies.inverse_mass
-    if aim_contacts(bodies, constants, new, work):
-        real = motion.dtype.type
-        for visit in range(MOST_STRIKES):
-            if not strike_contacts(motion, inverse_mass, real(1) if visit < EASED else real(EASE), work):
-                break
-    for block in range(work.starts[1, COLOURS + 1]):
+    real = motion.dtype.type
+    aim_contacts(bodies, constants, new, work, member)
+    meet(member)
+    for visit in range(MOST_STRIKES):
+        if work.status[WRONG] < visit:  # not !=: another member may already be in the next pass
+            break
+        ease = real(1) if visit < EASED else real(EASE)
+        strike_contacts(visit + 1, motion, inverse_mass, ease, work, member)
+    first, stop = share(0, work.starts[1, COLOURS + 1], member)
+    for block in range(first, stop):
         depart(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, new, constants.ratio)
-    for block in range(work.starts[0, COLOURS + 1]):
+    first, stop = share(0, work.starts[0, COLOURS + 1], member)
+    for block in range(first, stop):
         depart(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, new, constants.ratio)
+    meet(member)
 
 
 @routine
-def start_contacts(motion, inverse_mass, work):
+def start_contacts(motion, inverse_mass, work, member):
     """Apply the impulses that the last substep ended with."""
     starts = work.starts
     for colour in range(COLOURS + 1):
-        for block in range(starts[1, colour], starts[1, colour + 1]):
+        first, stop = share_of_colour(1, colour, starts, member)
+        for block in range(first, stop):
             warm_start(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass)
             if work.integers_many[block, ROLLS, 0]:
                 start_rolling(
                     4, block, work.integers_many, work.blocks_many, work.rolls_many, motion, inverse_mass
                 )  # fmt: skip
-        for block in range(starts[0, colour], starts[0, colour + 1]):
+        first, stop = share_of_colour(0, colour, starts, member)
+        for block in range(first, stop):
             warm_start(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass)
             if work.integers_one[block, ROLLS, 0]:
                 start_rolling(1, block, work.integers_one, work.blocks_one, work.rolls_one, motion, inverse_mass)
+        meet_after(colour, starts, member)
 
 
 @routine
-def solve_contacts(relax, motion, inverse_mass, soft, work):
+def solve_contacts(relax, motion, inverse_mass, soft, work, member):
     """One pass over all contacts, colour by colour."""
     starts = work.starts
     counts = soft[0] - soft[0] + (1 if relax else 0)
     for colour in range(COLOURS + 1):
-        for block in range(starts[1, colour], starts[1, colour + 1]):
+        first, stop = share_of_colour(1, colour, starts, member)
+        for block in range(first, stop):
             if relax:
                 solve(4, work.locked, 1, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
             else:
@@ -477,7 +594,8 @@ def solve_contacts(relax, motion, inverse_mass, soft, work):
                 solve_rolling(
                     4, block, work.integers_many, work.blocks_many, work.rolls_many, motion, inverse_mass, counts
                 )  # fmt: skip
-        for block in range(starts[0, colour], starts[0, colour + 1]):
+        first, stop = share_of_colour(0, colour, starts, member)
+        for block in range(first, stop):
             if relax:
                 solve(1, work.locked, 1, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
             else:
@@ -486,58 +604,73 @@ def solve_contacts(relax, motion, inverse_mass, soft, work):
                 solve_rolling(
                     1, block, work.integers_one, work.blocks_one, work.rolls_one, motion, inverse_mass, counts
                 )  # fmt: skip
+        meet_after(colour, starts, member)
 
 
 @routine
-def store_contacts(new, work):
+def store_contacts(new, work, member):
     """Write the impulses to the manifolds."""
-    for block in range(work.starts[1, COLOURS + 1]):
+    first, stop = share(0, work.starts[1, COLOURS + 1], member)
+    for block in range(first, stop):
         store_impulses(4, block, work.integers_many, work.blocks_many, new)
         if work.integers_many[block, ROLLS, 0]:
             store_rolling(block, work.integers_many, work.blocks_many, work.rolls_many, new)
-    for block in range(work.starts[0, COLOURS + 1]):
+    first, stop = share(0, work.starts[0, COLOURS + 1], member)
+    for block in range(first, stop):
         store_impulses(1, block, work.integers_one, work.blocks_one, new)
         if work.integers_one[block, ROLLS, 0]:
             store_rolling(block, work.integers_one, work.blocks_one, work.rolls_one, new)
 
 
 @routine
-def respond(bodies, constants, new, work):
-    """The solver stage: impulses and motion in all substeps."""
+def respond(bodies, constants, new, work, member):
+    """The solver stage: impulses and motion in all substeps. Each member does its share of every loop."""
     motion, geometry, inverse_mass, h = bodies.motion, bodies.geometry, bodies.inverse_mass, constants.h
     status = work.status
     plain, tumbling = work.plain, work.tumbling
     for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
-        for block in range(blocks):
+        first, stop = share(0, blocks, member)
+        for block in range(first, stop):
             drive(
                 work.locked, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, bodies.drive,
                 constants.gravity, h,
             )  # fmt: skip
-    if prepare_contacts(bodies, constants, new, work):
-        bounce_contacts(bodies, constants, new, work)
+    prepare_contacts(bodies, constants, new, work, member)
+    meet(member)
+    if status[BOUNCES]:
+        bounce_contacts(bodies, constants, new, work, member)
     for _ in range(constants.substeps):
         for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
-            for block in range(blocks):
+            first, stop = share(0, blocks, member)
+            for block in range(first, stop):
                 gain_speed(block, rows, motion, bodies.drive)
-        start_contacts(motion, inverse_mass, work)
-        solve_contacts(False, motion, inverse_mass, constants.soft, work)
-        for block in range(status[PLAIN]):
+        meet(member)
+        start_contacts(motion, inverse_mass, work, member)
+        solve_contacts(False, motion, inverse_mass, constants.soft, work, member)
+        first, stop = share(0, status[PLAIN], member)
+        for block in range(first, stop):
             move(block, plain, motion, geometry, h)
-        for block in range(status[TUMBLING]):
+        first, stop = share(0, status[TUMBLING], member)
+        for block in range(first, stop):
             tumble(block, tumbling, motion, geometry, bodies.mass, bodies.frame, inverse_mass, h)
-        follow_turn(work.locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
-        solve_contacts(True, motion, inverse_mass, constants.soft, work)
-    store_contacts(new, work)
+        meet(member)
+        if work.locked is not None:
+            if member.rank == 0:
+                follow_turn(work.locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
+            meet(member)
+        solve_contacts(True, motion, inverse_mass, constants.soft, work, member)
+    store_contacts(new, work, member)
 
 
 @routine
-def finish(bodies, colliders, count, constants, new, remembered, work):
-    """Poses at the end of the step, and sleep. Returns whether all is finite; only then is the step remembered."""
+def settle_bodies(bodies, work, lanes, member):
+    """Poses at the end of the step. BROKEN says whether one is not finite."""
     status = work.status
-    moved = work.lanes.moved
+    moved = lanes.moved
     finite = True
     for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
-        for block in range(blocks):
+        first, stop = share(0, blocks, member)
+        for block in range(first, stop):
             finite = settle(block, rows, bodies.motion, bodies.geometry, bodies.frame, moved) and finite
             for lane in range(LANES):
                 i = rows[block, lane]
@@ -549,13 +682,13 @@ def finish(bodies, colliders, count, constants, new, remembered, work):
                 for k in range(4):
                     bodies.orientation[i, k] = bodies.geometry[i, 12 + k]
     if not finite:
-        return False
-    # What follows from the pose is worked out in one way only, so that working it out again changes nothing.
-    for block in range(status[TUMBLING]):
-        for lane in range(LANES):
-            i = work.tumbling[block, lane]
-            if lane == 0 or i != work.tumbling[block, lane - 1]:
-                refresh(bodies, i, i + 1)
+        status[BROKEN] = 1
+
+
+@routine
+def rest(bodies, colliders, count, constants, new, work):
+    """Which bodies are at rest, and which of them fall asleep."""
+    status = work.status
     if status[SLEEPS]:
         for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
             note_rest(
@@ -568,8 +701,22 @@ def finish(bodies, colliders, count, constants, new, remembered, work):
         )  # fmt: skip
         if status[SLEPT]:
             status[SLEEPERS_CHANGED] = 1
+
+
+@routine
+def remember(bodies, remembered, work, member):
+    """What follows from the new poses; and the state to which a later step that fails goes back."""
+    status = work.status
+    # What follows from the pose is worked out in one way only, so that working it out again changes nothing.
+    first, stop = share(0, status[TUMBLING], member)
+    for block in range(first, stop):
+        for lane in range(LANES):
+            i = work.tumbling[block, lane]
+            if lane == 0 or i != work.tumbling[block, lane - 1]:
+                refresh(bodies, i, i + 1)
     for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
-        for block in range(blocks):
+        first, stop = share(0, blocks, member)
+        for block in range(first, stop):
             for lane in range(LANES):
                 i = rows[block, lane]
                 for k in range(3):
@@ -578,7 +725,6 @@ def finish(bodies, colliders, count, constants, new, remembered, work):
                     remembered.orientation[i, k] = bodies.orientation[i, k]
                 for k in range(16):
                     remembered.motion[i, k] = bodies.motion[i, k]
-    return True
 
 
 @routine
@@ -602,16 +748,43 @@ def note_events(new, old, work):
             status[ENDED] += 1
 
 
+@routine
+def take_part(arguments, task, rank, size):
+    """Do a thread's share of a task."""
+    bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync = arguments
+    status, lanes, member = work.status, lanes_of(work.lanes, rank), member_of(sync, rank, size)
+    if status[PARITY] == 0:
+        old, new = table_0, table_1
+    else:
+        old, new = table_1, table_0
+    if task == LOOK:
+        for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
+            first, stop = share(0, blocks, member)
+            if has_left(
+                first, stop, rows, bodies.center, bodies.geometry, fat, constants.margin, lanes.delta, work.room
+            ):  # fmt: skip
+                status[LEFT] = 1
+    elif task == COLLIDE:
+        detect(bodies, colliders, shapes, constants, fat.reach, old, new, work, lanes, member)
+    elif task == ADVANCE:
+        respond(bodies, constants, new, work, member)
+        settle_bodies(bodies, work, lanes, member)
+    elif task == REMEMBER:
+        remember(bodies, remembered, work, member)
+
+
 @kernel
 def run_steps(
-    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, count, fat, constants, work, steps
+    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, count, fat, constants, work, steps, sync
 ):  # fmt: skip
     """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
 
-    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step
-    builds the next ones in the other table.
+    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step builds
+    the next ones in the other table. ``sync`` is that of the team of threads (team.py) that share the work; ``work.lanes`` has scratch for each.
     """
     status = work.status
+    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
+    sync[CODE], sync[DATA] = address_call(take_part, arguments)
     while status[DONE] < steps:
         if status[PARITY] == 0:
             old, new = table_0, table_1
@@ -628,21 +801,17 @@ def run_steps(
                     work.before[i] = work.active[i]
             status[SLEPT] = status[WOKEN] = 0
             if status[KEEPS]:
-                left = has_left(
-                    work.plain, status[PLAIN], bodies.center, bodies.geometry, fat, constants.margin, work.lanes.delta,
-                    work.room,
-                )  # fmt: skip
-                left |= has_left(
-                    work.tumbling, status[TUMBLING], bodies.center, bodies.geometry, fat, constants.margin,
-                    work.lanes.delta, work.room,
-                )  # fmt: skip
-                if left and not status[CHECKED]:
+                status[LEFT] = 0
+                do_task(sync, LOOK, (status[PLAIN] + status[TUMBLING]) // BODIES_EACH)
+                if status[LEFT] and not status[CHECKED]:
                     return NEED_PAIRS
             elif not status[CHECKED]:
                 return NEED_PAIRS
             status[CHECKED] = 0
-            detect(bodies, colliders, shapes, constants, fat.reach, old, new, work)
+            begin_detection(old, new, work)
+            do_task(sync, COLLIDE, status[PAIRS] // PAIRS_EACH)
             if status[GENERIC] > 0:
+                list_generic(work)
                 status[PHASE] = TAKE_GENERIC
                 return NEED_GENERIC
             status[PHASE] = RESPOND
@@ -670,9 +839,14 @@ def run_steps(
             new.a, new.b, new.count, work.live, live, colliders.body, work.moves, work.colours, work.starts, work.cursor,
             work.integers_one, work.integers_many,
         )  # fmt: skip
-        respond(bodies, constants, new, work)
-        if not finish(bodies, colliders, count, constants, new, remembered, work):
+        status[BOUNCES] = status[BROKEN] = 0
+        status[WRONG] = -1
+        body_work = (status[PLAIN] + status[TUMBLING]) // BODIES_EACH
+        do_task(sync, ADVANCE, (status[BLOCKS_ONE] + status[BLOCKS_MANY]) // CONTACTS_EACH + body_work)
+        if status[BROKEN]:
             return DIVERGED
+        rest(bodies, colliders, count, constants, new, work)
+        do_task(sync, REMEMBER, body_work)
         note_events(new, old, work)
         if status[FORCES]:
             bodies.force[:] = 0

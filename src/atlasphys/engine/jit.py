@@ -42,6 +42,9 @@ _IMPORT = re.compile(r"^from (atlasphys\.engine[\w.]*) import (\([^)]*\)|[^\n(]*
 _njit: Any = numba.njit
 _config: Any = numba.config
 
+IS_COMPILED = not _config.DISABLE_JIT
+"""Whether kernels are compiled at all; with NUMBA_DISABLE_JIT=1 Python runs them."""
+
 _OPTIONS = {"nogil": True, "error_model": "numpy", "boundscheck": False, "fastmath": False}
 
 

@@ -14,7 +14,7 @@ from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused import Constants, run_steps
 from atlasphys.engine.islands.colour import COLOURS
-from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
+from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF
 from atlasphys.engine.narrowphase.dispatch import collide
 from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import KIND, PLANE
@@ -63,6 +63,7 @@ from atlasphys.engine.state.work import (
     empty_lanes,
 )
 from atlasphys.engine.step import DivergedError, Pipeline, Profile
+from atlasphys.engine.threads import lend_team
 
 MOST_GROWTH = 4.0
 """By how much last step's impulses may be scaled up for a longer step; see solvers/sequential_impulse.py."""
@@ -109,7 +110,7 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
     )
 
 
-FATTENING = 0.1
+FATTENING = 0.05
 """Room that a fat box leaves all round its body [m], for a length unit of 1 m. Smaller: pairs are looked for more often. Larger: more pairs are
 looked at that do not touch."""
 
@@ -156,8 +157,6 @@ def empty_work(state: State) -> Work:
         plane_side=np.zeros(1, np.int8),
         origin=one,
         generic=one.copy(),
-        queue=np.zeros((KINDS + 1, LANES), np.int32),
-        queued=np.zeros(KINDS + 1, np.int32),
         began=np.zeros((1, 2), np.int32),
         ended=np.zeros((1, 2), np.int32),
         colours=np.zeros(1, np.int8),
@@ -175,7 +174,7 @@ def empty_work(state: State) -> Work:
         plain=np.zeros((-(-int((~tumbles).sum()) // LANES), LANES), np.int32),
         tumbling=np.zeros((-(-int(tumbles.sum()) // LANES), LANES), np.int32),
         room=np.zeros((max(-(-len(moving) // LANES), 1), LANES), real),
-        lanes=empty_lanes(real),
+        lanes=empty_lanes(1, real),
     )
 
 
@@ -274,14 +273,17 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     status[KINEMATIC_BODIES] = (state.bodies.kind[: state.count] == KINEMATIC).any()
     if keeps and (written or len(space.tree.fat.center) != state.count):
         look_for_pairs(state, pipeline.broadphase, h)
+    if len(space.work.lanes.queue) < pipeline.threads:
+        space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, state.real))
     wanted = chunk = 1
     completed, began = 0, time.perf_counter()
     while True:
         start = time.perf_counter()
-        answer = run_steps(
-            state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered, state.contacts,
-            space.kept, state.count, space.tree.fat, values, space.work, wanted,
-        )  # fmt: skip
+        with lend_team(pipeline.threads) as sync:
+            answer = run_steps(
+                state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered,
+                state.contacts, space.kept, state.count, space.tree.fat, values, space.work, wanted, sync,
+            )  # fmt: skip
         status = space.work.status
         if status[PARITY]:
             state.manifolds, state.next_manifolds = state.next_manifolds, state.manifolds

@@ -140,14 +140,14 @@ def load_offsets(block, rows, center, fat_center, offset):
 
 
 @routine
-def has_left(rows, blocks, center, geometry, fat, margin, offset, room):
-    """Whether any of the bodies named in the first ``blocks`` of ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included. Works out
-    ``fat.reach`` of them all.
+def has_left(first, stop, rows, center, geometry, fat, margin, offset, room):
+    """Whether any of the bodies named in the blocks ``first`` … ``stop`` − 1 of ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included. Works
+    out ``fat.reach`` of them all.
 
     ``center`` and ``geometry`` are the bodies' columns; ``offset`` (6, 8) and ``room`` (at least blocks, 8) are scratch of the bodies' precision.
     """
     left = False
-    for block in range(blocks):
+    for block in range(first, stop):
         load_offsets(block, rows, center, fat.center, offset)
         if room_left(block, rows, geometry, fat.bound, fat.half, offset, margin, room, fat.reach):
             left = True

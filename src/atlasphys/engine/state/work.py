@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from atlasphys.engine.jit import routine
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.state.arrays import aligned_zeros
 
@@ -32,6 +33,9 @@ PLAIN, TUMBLING = 19, 20  # blocks of the two lists of awake bodies
 KINEMATIC_BODIES = 21  # there are some
 SLEPT, WOKEN = 22, 23  # bodies that fell asleep, or were woken by contact, in the last step
 LIVE = 24  # manifolds with points between bodies of which one is active
+LEFT = 25  # some body has left its fat box
+WRONG = 26  # the last pass over bouncing contacts in which one was not solved for yet
+BROKEN = 27  # some number of the step is not finite
 ENTRIES = 32
 
 # Values of PHASE
@@ -42,7 +46,7 @@ FINISHED, NEED_PAIRS, NEED_GENERIC, NEED_BLOCKS, DIVERGED = range(5)
 
 
 class Lanes(NamedTuple):
-    """Scratch of one block of eight pairs or bodies."""
+    """Scratch of a thread: one block of eight pairs or bodies, and pairs that wait for one."""
 
     integers: npt.NDArray[np.int32]
     """(8, 8) see manifold/recycle.py."""
@@ -62,6 +66,10 @@ class Lanes(NamedTuple):
     """(4, 8) features of last step's points."""
     moved: npt.NDArray[np.floating]
     """(8, 8) see solvers/body_block.py."""
+    queue: npt.NDArray[np.int32]
+    """(kinds + 1, 8) pairs of each kind that wait for a block to be full."""
+    queued: npt.NDArray[np.int32]
+    """(16,) how many wait."""
 
 
 class Work(NamedTuple):
@@ -95,11 +103,7 @@ class Work(NamedTuple):
     origin: npt.NDArray[np.int32]
     """(P,) row of the pair in last step's manifolds, or −1."""
     generic: npt.NDArray[np.int32]
-    """(P,) pairs for the routines that Python calls."""
-    queue: npt.NDArray[np.int32]
-    """(kinds + 1, 8) pairs that wait for a block to be full."""
-    queued: npt.NDArray[np.int32]
-    """(kinds + 1,) how many wait."""
+    """(P,) pairs for the routines that Python calls; until all pairs have been looked at, marks at those pairs."""
     began: npt.NDArray[np.int32]
     """(P, 2) pairs that began to touch in this step."""
     ended: npt.NDArray[np.int32]
@@ -130,6 +134,7 @@ class Work(NamedTuple):
     room: npt.NDArray[np.floating]
     """(blocks, 8) see broadphase/fat_boxes.py."""
     lanes: Lanes
+    """Each with an axis more, the first: a scratch for each thread."""
 
 
 def in_blocks(rows: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
@@ -140,11 +145,15 @@ def in_blocks(rows: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
     return np.ascontiguousarray(padded.reshape(-1, LANES), np.int32)
 
 
-def empty_lanes(real: npt.DTypeLike) -> Lanes:
-    """Scratch of one block."""
+QUEUES = 8
+"""At least KINDS + 1 of narrowphase/batch.py."""
+
+
+def empty_lanes(threads: int, real: npt.DTypeLike) -> Lanes:
+    """Scratch for so many threads. None shares a cache line with another."""
 
     def block(fields: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
-        return aligned_zeros((fields, LANES), dtype)
+        return aligned_zeros((threads, fields, LANES), dtype)
 
     return Lanes(
         integers=block(8, np.int32),
@@ -156,4 +165,16 @@ def empty_lanes(real: npt.DTypeLike) -> Lanes:
         materials=block(4, real),
         features=block(4, np.int32),
         moved=block(8, real),
+        queue=block(QUEUES, np.int32),
+        queued=aligned_zeros((threads, 2 * LANES), np.int32),
     )
+
+
+@routine
+def lanes_of(lanes, thread):
+    """The scratch of a thread."""
+    return Lanes(
+        lanes.integers[thread], lanes.pairs[thread], lanes.delta[thread], lanes.place[thread], lanes.contact[thread],
+        lanes.tags[thread], lanes.materials[thread], lanes.features[thread], lanes.moved[thread], lanes.queue[thread],
+        lanes.queued[thread],
+    )  # fmt: skip
