@@ -71,7 +71,7 @@ class Lanes(NamedTuple):
     queue: npt.NDArray[np.int32]
     """(kinds + 1, 8) pairs of each kind that wait for a block to be full."""
     queued: npt.NDArray[np.int32]
-    """(16,) how many wait."""
+    """(at least kinds + 1,) how many wait."""
 
 
 class Work(NamedTuple):
@@ -160,6 +160,8 @@ def empty_lanes(threads: int, queues: int, real: npt.DTypeLike) -> Lanes:
 
     def block(fields: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
         return aligned_zeros((threads, fields, LANES), dtype)
+
+    even = kinds + 2 & ~1  # at least kinds + 1
 
     return Lanes(
         integers=block(8, np.int32),
