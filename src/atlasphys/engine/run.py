@@ -134,7 +134,9 @@ class Workspace:
         n = state.count
         bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
         self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]
-        self.work.extent[:n] = bounds[:, BOUNDING_RADIUS] + np.sqrt((state.bodies.local_center[:n].astype(float) ** 2).sum(axis=1))
+        self.work.extent[:n] = bounds[:, BOUNDING_RADIUS] + np.sqrt(
+            (state.bodies.local_center[:n].astype(float) ** 2).sum(axis=1)
+        )
         self.work.status[OLD_ROWS] = state.manifold_count
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
         self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
@@ -186,7 +188,7 @@ def empty_work(state: State) -> Work:
         plain=np.zeros((-(-int((~tumbles).sum()) // LANES), LANES), np.int32),
         tumbling=np.zeros((-(-int(tumbles.sum()) // LANES), LANES), np.int32),
         room=np.zeros((max(-(-len(moving) // LANES), 1), LANES), real),
-        lanes=empty_lanes(1, KINDS + 1, real),
+        lanes=empty_lanes(1, KINDS, real),
     )
 
 
@@ -294,7 +296,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     if keeps and (written or len(space.tree.fat.center) != state.count):
         look_for_pairs(state, pipeline.broadphase, h)
     if len(space.work.lanes.queue) < pipeline.threads:
-        space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, KINDS + 1, state.real))
+        space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, KINDS, state.real))
     wanted = chunk = 1
     completed, began = 0, time.perf_counter()
     while True:

@@ -23,7 +23,20 @@ from atlasphys.engine.shapes.table import (
     VERTEX_COUNT,
     Shapes,
 )
-from atlasphys.engine.simd import LANES, absolute, any_lane, full, gather, load, maximum, minimum, scatter, select, simd_kernel, store
+from atlasphys.engine.simd import (
+    LANES,
+    absolute,
+    any_lane,
+    full,
+    gather,
+    load,
+    maximum,
+    minimum,
+    scatter,
+    select,
+    simd_kernel,
+    store,
+)
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.bodies import STATIC
 

@@ -155,8 +155,8 @@ def in_blocks(rows: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
     return np.ascontiguousarray(padded.reshape(-1, LANES), np.int32)
 
 
-def empty_lanes(threads: int, queues: int, real: npt.DTypeLike) -> Lanes:
-    """Scratch for so many threads, with so many queues of pairs each. None shares a cache line with another."""
+def empty_lanes(threads: int, kinds: int, real: npt.DTypeLike) -> Lanes:
+    """Scratch for so many threads and kinds of pairs that are collided in blocks. No thread shares a cache line with another."""
 
     def block(fields: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
         return aligned_zeros((threads, fields, LANES), dtype)
@@ -174,8 +174,8 @@ def empty_lanes(threads: int, queues: int, real: npt.DTypeLike) -> Lanes:
         features=block(4, np.int32),
         gap=block(1, real),
         moved=block(8, real),
-        queue=block(queues, np.int32),
-        queued=aligned_zeros((threads, 2 * LANES), np.int32),
+        queue=block(even, np.int32),
+        queued=aligned_zeros((threads, even * LANES), np.int32),
     )
 
 
