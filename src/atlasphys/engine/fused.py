@@ -804,7 +804,8 @@ def run_steps(
 ):  # fmt: skip
     """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
 
-    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step builds
+    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0;
+    each step builds
     the next ones in the other table. ``sync`` is that of the team of threads (team.py) that share the work; ``work.lanes`` has scratch for each.
     """
     status = work.status

@@ -154,7 +154,8 @@ def load_offsets(block, rows, center, fat_center, offset):
 
 @routine
 def has_left(first, stop, rows, center, geometry, fat, margin, offset, room):
-    """Whether any of the bodies named in the blocks ``first`` … ``stop`` − 1 of ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included. Works
+    """Whether any of the bodies named in the blocks ``first`` … ``stop`` − 1 of ``rows`` (blocks, 8) has left its fat box, ``margin`` [m]
+    included. Works
     out ``fat.reach`` of them all.
 
     ``center`` and ``geometry`` are the bodies' columns; ``offset`` (6, 8) and ``room`` (at least blocks, 8) are scratch of the bodies' precision.
