@@ -29,8 +29,9 @@ def kernels():
 @cache
 def compiled():
     """Optimised LLVM code of each kernel that stepping a few single-precision scenes calls, by the kernel's name."""
+    steps(heap(21), 20)
     for method in ("auto", "gjk_epa"):
-        world = heap(21, narrowphase=method)
+        world = heap(21, preset="classic", narrowphase=method)
         world.solver = ap.SequentialImpulse(position_correction="baumgarte")
         steps(world, 20)
         world.broadphase = "brute"

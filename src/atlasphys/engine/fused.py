@@ -28,15 +28,16 @@ from atlasphys.engine.manifold.recycle import (
 from atlasphys.engine.manifold.reduce import reduce_points
 from atlasphys.engine.manifold.renew import renew
 from atlasphys.engine.math import vec
+from atlasphys.engine.narrowphase.apart import INEXACT, add_travel, carry_expiry
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
-from atlasphys.engine.solvers.contact_block import COUNT, MANIFOLD, ROLLS
 from atlasphys.engine.solvers.locked import follow_turn
 from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
+from atlasphys.engine.state.blocks import COUNT, MANIFOLD, ROLLS
 from atlasphys.engine.state.bodies import KINEMATIC
 from atlasphys.engine.state.manifolds import DEPTH, POINT_COLUMNS, RESTITUTION, ROLLING, TORSIONAL
 from atlasphys.engine.state.pose import refresh
@@ -122,7 +123,8 @@ class Constants(NamedTuple):
 
 @routine
 def find_origins(pairs, count, old_a, old_b, old_count, old_touching, old_rows, origin, ended):
-    """The row of each pair in last step's table, −1 if it is not there; both are ordered. Returns how many touching pairs are no longer candidates."""
+    """The row of each pair in last step's table, −1 if it is not there; both are ordered. Returns how many touching pairs are no longer
+    candidates."""
     j = lost = 0
     for p in range(count):
         a, b = pairs[p, 0], pairs[p, 1]
@@ -145,8 +147,8 @@ def find_origins(pairs, count, old_a, old_b, old_count, old_touching, old_rows, 
 
 @routine
 def far_center(near_center):
-    """Where a plane's centre is taken to be, as seen from a body: near it, so that differences are exact enough in single precision, and not moving with it.
-    As the body goes from one cell of the lattice to the next, its contact is collided afresh."""
+    """Where a plane's centre is taken to be, as seen from a body: near it, so that differences are exact enough in single precision, and not moving
+    with it. As the body goes from one cell of the lattice to the next, its contact is collided afresh."""
     return PLANE_CELL * np.rint(near_center / PLANE_CELL)
 
 
@@ -202,12 +204,16 @@ def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, la
     lanes.queued[kind] = 0
     for lane in range(LANES):
         p = lanes.queue[kind, min(lane, number - 1)]
-        a, b = fill_pair_lane(lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes)
+        a, b = fill_pair_lane(
+            lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
+        )
         lanes.integers[SWAPPED, lane] = place_lane(
             lane, kind, work.pairs[p, 0], work.pairs[p, 1], a, b, bodies, colliders.shape, shapes, lanes
         )
     collide_lanes(kind, bodies.geometry, constants.margin, lanes)
-    renew_lanes(work.status[STEP], number, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
+    renew_lanes(
+        work.status[STEP], number, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes
+    )  # fmt: skip
 
 
 @routine
@@ -231,7 +237,9 @@ def recycle_queue(bodies, colliders, shapes, constants, old, new, work, lanes):
     lanes.queued[KINDS] = 0
     for lane in range(LANES):
         p = lanes.queue[KINDS, min(lane, number - 1)]
-        fill_pair_lane(lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes)
+        fill_pair_lane(
+            lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
+        )
         lanes.integers[HAS_COPY, lane] = 1 if new.collided[p] == old.collided[work.origin[p]] else 0
     recycle(lanes.integers, lanes.delta, bodies.geometry, old, new, constants.recycling)
     recycled = 0
@@ -297,6 +305,7 @@ def begin_detection(old, new, work):
         status[ENDED] = find_origins(
             pairs, count, old.a, old.b, old.count, old.touching, status[OLD_ROWS], work.origin, work.ended
         )
+        carry_expiry(work.origin, count, work.expiry_before, work.expiry)
     if status[RENAME] > 0:
         status[RENAME] -= 1
         for p in range(count):
@@ -322,14 +331,25 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work, lanes, m
 
 
 @routine
+def leave_distant(block, asked, reach, work, lanes):
+    """Which of the pairs of a block that are asked for have tight boxes that touch, as bits; how long the others stay apart is noted."""
+    touching = near(block, work.pair_bodies, reach, lanes.gap)
+    for lane in range(LANES):
+        if asked & ~touching & (1 << lane):
+            a, b = work.pair_bodies[block, 0, lane], work.pair_bodies[block, 1, lane]
+            work.expiry[LANES * block + lane] = work.travel[a] + work.travel[b] + lanes.gap[0, lane]
+    return asked & touching
+
+
+@routine
 def detect_range(first, stop, bodies, colliders, shapes, constants, reach, old, new, work, lanes):
     """Have a range of whole blocks of pairs recycled or collided, as soon as eight of a kind wait for it."""
     status, origin = work.status, work.origin
     recycling = constants.recycling[0] >= 0
     for start in range(first, stop, LANES):
         block = start // LANES
-        touching = near(block, work.pair_bodies, reach) if status[KEEPS] else -1
-        for lane in range(min(LANES, stop - start)):
+        number, asked = min(LANES, stop - start), 0
+        for lane in range(number):
             p = start + lane
             j = origin[p]
             work.generic[p] = 0
@@ -345,8 +365,13 @@ def detect_range(first, stop, bodies, colliders, shapes, constants, reach, old, 
                 lanes.queued[KINDS] += 1
                 if lanes.queued[KINDS] == LANES:
                     recycle_queue(bodies, colliders, shapes, constants, old, new, work, lanes)
-            elif touching & (1 << lane):
-                enqueue(p, bodies, colliders, shapes, constants, old, new, work, lanes)
+            elif not status[KEEPS] or work.travel[a] + work.travel[b] >= work.expiry[p]:
+                asked |= 1 << lane
+        if asked and status[KEEPS]:
+            asked = leave_distant(block, asked, reach, work, lanes)
+        for lane in range(number):
+            if asked & (1 << lane):
+                enqueue(start + lane, bodies, colliders, shapes, constants, old, new, work, lanes)
 
 
 @routine
@@ -364,12 +389,20 @@ def list_generic(work):
 def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
     """Manifolds of the pairs that the routines called by Python have collided: contact i belongs to pair ``generic[i]``."""
     lanes, number = lanes_of(work.lanes, 0), work.status[GENERIC]
+    for i in range(number):
+        if contacts.gap[i] > 0:
+            p = work.generic[i]
+            a, b = work.pair_bodies[p // LANES, 0, p % LANES], work.pair_bodies[p // LANES, 1, p % LANES]
+            size = INEXACT * (work.extent[a] + work.extent[b])
+            work.expiry[p] = work.travel[a] + work.travel[b] + contacts.gap[i] - size
     for start in range(0, number, LANES):
         filled = min(LANES, number - start)
         for lane in range(LANES):
             i = start + min(lane, filled - 1)
             p = work.generic[i]
-            fill_pair_lane(lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes)
+            fill_pair_lane(
+                lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
+            )
             # Points are taken as seen from the body that cannot be a plane with a far-off origin.
             from_b = work.plane_side[p] == 1
             lanes.integers[SWAPPED, lane] = from_b
@@ -378,7 +411,9 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
                 normal = vec.neg(normal)
             points = 0
             if contacts.count[i] > 0:
-                points = reduce_points(normal, contacts.anchor_b, contacts.depth, contacts.first[i], contacts.count[i], kept)
+                points = reduce_points(
+                    normal, contacts.anchor_b, contacts.depth, contacts.first[i], contacts.count[i], kept
+                )
             lanes.tags[4, lane] = points
             for k in range(3):
                 lanes.contact[k, lane] = normal[k]
@@ -389,7 +424,9 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
                     )
                 lanes.contact[7 + 4 * k, lane] = contacts.depth[kept[k]]
                 lanes.tags[k, lane] = contacts.feature[kept[k]]
-        renew_lanes(work.status[STEP], filled, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes)
+        renew_lanes(
+            work.status[STEP], filled, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes
+        )  # fmt: skip
 
 
 @routine
@@ -476,11 +513,33 @@ def aim_contacts(bodies, constants, new, work, member):
     motion, inverse_mass, drives, acts = bodies.motion, bodies.inverse_mass, bodies.drive, False
     first, stop = share(0, work.starts[1, COLOURS + 1], member)
     for block in range(first, stop):
-        if aim(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, drives, new, constants.bounce):
+        if aim(
+            4,
+            work.locked,
+            block,
+            work.integers_many,
+            work.blocks_many,
+            motion,
+            inverse_mass,
+            drives,
+            new,
+            constants.bounce,
+        ):
             acts = True
     first, stop = share(0, work.starts[0, COLOURS + 1], member)
     for block in range(first, stop):
-        if aim(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, drives, new, constants.bounce):
+        if aim(
+            1,
+            work.locked,
+            block,
+            work.integers_one,
+            work.blocks_one,
+            motion,
+            inverse_mass,
+            drives,
+            new,
+            constants.bounce,
+        ):
             acts = True
     if acts:
         work.status[WRONG] = 0
@@ -684,6 +743,7 @@ def remember(bodies, remembered, work, member):
         for block in range(first, stop):
             for lane in range(LANES):
                 i = rows[block, lane]
+                add_travel(i, bodies, remembered, work.extent, work.travel)
                 for k in range(3):
                     remembered.position[i, k] = bodies.position[i, k]
                 for k in range(4):
@@ -744,7 +804,8 @@ def run_steps(
 ):  # fmt: skip
     """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
 
-    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step builds
+    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0;
+    each step builds
     the next ones in the other table. ``sync`` is that of the team of threads (team.py) that share the work; ``work.lanes`` has scratch for each.
     """
     status = work.status

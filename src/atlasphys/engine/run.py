@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,10 +20,13 @@ from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import KIND, PLANE
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.solvers.bounce_block import FINEST
-from atlasphys.engine.solvers.contact_block import INTEGERS, Fields
+from atlasphys.engine.solvers.contact_block import (
+    Fields,
+)
 from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
+from atlasphys.engine.state.blocks import INTEGERS
 from atlasphys.engine.state.bodies import DYNAMIC, KINEMATIC, STATIC
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
 from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
@@ -33,15 +35,16 @@ from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
     BLOCKS_ONE,
+    CHECKED,
+    DETECT,
     DIVERGED,
     DONE,
     ENDED,
     ENTRIES,
-    CHECKED,
-    DETECT,
-    KEEPS,
     FORCES,
     GENERIC,
+    KEEPS,
+    KINEMATIC_BODIES,
     NEED_BLOCKS,
     NEED_GENERIC,
     NEED_PAIRS,
@@ -56,21 +59,24 @@ from atlasphys.engine.state.work import (
     SLEPT,
     STEP,
     WOKEN,
-    KINEMATIC_BODIES,
     Work,
     empty_lanes,
-    in_blocks,
 )
-
 from atlasphys.engine.step import DivergedError, Pipeline, Profile
 from atlasphys.engine.threads import lend_team
 
 MOST_GROWTH = 4.0
 """By how much last step's impulses may be scaled up for a longer step; see solvers/sequential_impulse.py."""
 
+MOST_FREQUENCY = 0.15
+"""Greatest frequency of contacts, as a share of the number of substeps a second. From 0.17 on pyramids jitter (docs/soft_step.md)."""
+
+STATIC_STIFFENING = 1.0
+"""Factor on the frequency of contacts with bodies that are not dynamic. With 2, which other engines use, pyramids jitter from two thirds of that
+frequency on, and so their other contacts have to be softer."""
+
 LONGEST_CALL = 0.05
 """Time [s] that one compiled call should take at most, so that Ctrl-C is heard."""
-
 
 
 def constants(state: State, settings: SoftStep, h: float) -> Constants:
@@ -78,18 +84,18 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
     real, environment, tolerances = state.real.type, state.environment, state.tolerances
     sub = h / settings.substeps
     unit = environment.length_unit
-    frequency = min(settings.contact_frequency, 0.25 / sub)
+    frequency = min(settings.contact_frequency, MOST_FREQUENCY / sub)
     soft = (
         1 / sub,
         *softness(frequency, settings.contact_damping, sub),
-        *softness(2 * frequency, settings.contact_damping, sub),
+        *softness(STATIC_STIFFENING * frequency, settings.contact_damping, sub),
         settings.push_out_speed * unit,
     )
     bounce = (environment.restitution_threshold, h, sub, float(tolerances.slop), FINEST[state.real.char])
     recycling = (
         (settings.recycle_slip * unit) ** 2 if settings.contact_recycling else -1.0,
-        math.cos(settings.recycle_turn / 2),
-        math.cos(settings.recycle_twist / 2),
+        (2 * math.sin(settings.recycle_turn / 4)) ** 2,
+        (2 * math.sin(settings.recycle_twist / 4)) ** 2,
         float(tolerances.margin),
         settings.recycle_speed * unit * h,
     )
@@ -99,11 +105,11 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         h=real(sub),
         substeps=settings.substeps,
         slow=real(SLEEP_SPEED * unit),
-        gravity=tuple(real(g) for g in environment.gravity),  # type: ignore[arg-type]
+        gravity=tuple(real(g) for g in environment.gravity),
         ratio=real(ratio),
-        soft=tuple(real(x) for x in soft),  # type: ignore[arg-type]
-        bounce=tuple(real(x) for x in bounce),  # type: ignore[arg-type]
-        recycling=tuple(real(x) for x in recycling),  # type: ignore[arg-type]
+        soft=tuple(real(x) for x in soft),
+        bounce=tuple(real(x) for x in bounce),
+        recycling=tuple(real(x) for x in recycling),
         margin=tolerances.margin,
         match_distance=real(tolerances.match_distance),
         friction_rule=environment.friction_rule,
@@ -111,12 +117,12 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
     )
 
 
-FATTENING = 0.1
+FATTENING = 0.05
 """Room that a fat box leaves all round its body [m], for a length unit of 1 m. Smaller: pairs are looked for more often. Larger: more pairs are
 looked at that do not touch."""
 
 
-EMPTY: npt.NDArray[np.intp] = np.empty(0, np.intp)
+EMPTY: npt.NDArray[np.int32] = np.empty(0, np.int32)
 
 
 class Workspace:
@@ -128,6 +134,9 @@ class Workspace:
         n = state.count
         bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
         self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]
+        self.work.extent[:n] = bounds[:, BOUNDING_RADIUS] + np.sqrt(
+            (state.bodies.local_center[:n].astype(float) ** 2).sum(axis=1)
+        )
         self.work.status[OLD_ROWS] = state.manifold_count
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
         self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
@@ -156,6 +165,10 @@ def empty_work(state: State) -> Work:
         ready=np.zeros(max(n, 1), np.uint8),
         moves=np.zeros(max(n, 1), np.uint8) | (state.bodies.kind[: max(n, 1)] == DYNAMIC),
         plane_side=np.zeros(1, np.int8),
+        travel=np.zeros(max(n, 1)),
+        extent=np.zeros(max(n, 1)),
+        expiry=np.full(1, -np.inf),
+        expiry_before=np.full(1, -np.inf),
         origin=one,
         generic=one.copy(),
         began=np.zeros((1, 2), np.int32),
@@ -183,8 +196,14 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
     """Take over new candidate pairs."""
     work, count = state.workspace.work, len(pairs)
     status = work.status
-    status[PAIRS], status[PAIRS_CHANGED] = count, 1
     rows = int(status[OLD_ROWS])
+    if not status[PAIRS_CHANGED]:  # else what is known of the old pairs has been put aside before
+        work = work._replace(expiry=work.expiry_before, expiry_before=work.expiry)
+    if len(work.expiry_before) < rows:
+        work = work._replace(expiry_before=np.full(rows, -np.inf))
+    status[PAIRS], status[PAIRS_CHANGED] = count, 1
+    if len(work.expiry) < count:
+        work = work._replace(expiry=np.full(2 * count + 8, -np.inf))
     if len(work.pairs) < count or len(work.ended) < count + rows:
         capacity = 2 * count + 8
         work = work._replace(
@@ -261,6 +280,8 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     if written:
         refresh(state.bodies, 0, state.count)
         state.stale = False
+        if state.workspace is not None:
+            state.workspace.work.expiry[:] = state.workspace.work.expiry_before[:] = -np.inf
     if state.workspace is not None and state.workspace.narrowphase != pipeline.narrowphase:
         state.workspace = None
     if state.workspace is None:
@@ -323,6 +344,11 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     state.ended = space.work.ended[: status[ENDED]].copy()
     moved = state.bodies.kind[: state.count] == DYNAMIC
     before, now = space.work.before[: state.count], space.work.active[: state.count]
-    state.slept = np.flatnonzero(moved & (before > now)) if status[SLEPT] else EMPTY
-    state.woke = np.flatnonzero(moved & (before < now)) if status[WOKEN] else EMPTY
+    state.slept = _rows(moved & (before > now)) if status[SLEPT] else EMPTY
+    state.woke = _rows(moved & (before < now)) if status[WOKEN] else EMPTY
     return profile
+
+
+def _rows(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.int32]:
+    """Rows of which a mask is true."""
+    return np.flatnonzero(mask).astype(np.int32)

@@ -202,7 +202,8 @@ class Body:
         return bool(self._world._state.bodies.island[self.row] != AWAKE)
 
     def wake(self) -> None:
-        """Wake the body and its island. Setting its state or properties, forces, contact with a moving body and the removal of a neighbour do so too."""
+        """Wake the body and its island. Setting its state or properties, forces, contact with a moving body and the removal of a neighbour do so
+        too."""
         self._world._state.wake(self.row)
 
     @property

@@ -7,7 +7,9 @@ import numpy as np
 from atlasphys.engine.jit import kernel
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.bounce_block import aim, depart, strike
-from atlasphys.engine.solvers.contact_block import BODY_A, BODY_B, COUNT, INTEGERS, MANIFOLD, MOVES_A, MOVES_B, Fields
+from atlasphys.engine.solvers.contact_block import (
+    Fields,
+)
 from atlasphys.engine.solvers.rolling_block import (
     ROLLING_FIELDS,
     prepare_rolling,
@@ -17,6 +19,7 @@ from atlasphys.engine.solvers.rolling_block import (
 )
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
 from atlasphys.engine.solvers.soft_step import softness
+from atlasphys.engine.state.blocks import BODY_A, BODY_B, COUNT, INTEGERS, MANIFOLD, MOVES_A, MOVES_B
 from atlasphys.engine.state.bodies import Bodies, empty_bodies
 from atlasphys.engine.state.manifolds import (
     DEPTH,

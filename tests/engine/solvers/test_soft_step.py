@@ -1,4 +1,5 @@
-"""The physics of ``soft_step`` on scenes with closed answers, where it differs from the classic solver: substeps, common points, bounces before the substeps."""
+"""The physics of ``soft_step`` on scenes with closed answers, where it differs from the classic solver: substeps, common points, bounces before the
+substeps."""
 
 import numpy as np
 import pytest

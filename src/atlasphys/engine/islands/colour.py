@@ -12,7 +12,7 @@ import numpy as np
 
 from atlasphys.engine.jit import routine
 from atlasphys.engine.simd import LANES
-from atlasphys.engine.solvers.contact_block import BODY_A, BODY_B, COUNT, MANIFOLD, MOVES_A, MOVES_B
+from atlasphys.engine.state.blocks import BODY_A, BODY_B, COUNT, MANIFOLD, MOVES_A, MOVES_B
 
 COLOURS = 64
 """Colours that several contacts share; one more, numbered COLOURS, takes what overflows, block by block."""
@@ -22,7 +22,8 @@ COLOURS = 64
 def colour_contacts(a, b, count, live, number, body, moves, used, colours, sizes):
     """Give the first ``number`` of the manifolds ``live`` their colours, and count them.
 
-    ``moves`` says which bodies impulses move; ``used`` (bodies,) uint64 is scratch. ``sizes`` (2, COLOURS + 1) receives the number of contacts per class (0: one point; 1: more) and colour.
+    ``moves`` says which bodies impulses move; ``used`` (bodies,) uint64 is scratch. ``sizes`` (2, COLOURS + 1) receives the number of contacts per
+    class (0: one point; 1: more) and colour.
     """
     one = np.uint64(1)
     full = ~np.uint64(0)

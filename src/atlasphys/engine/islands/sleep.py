@@ -1,7 +1,8 @@
 """Islands and sleep: bodies that have been at rest for a while, together with all that they touch, are left out until something disturbs them.
 
-An island is a set of dynamic bodies connected by contacts; static and kinematic bodies do not connect. It falls asleep once each of its bodies has been slower than a
-threshold for ``TIME_TO_SLEEP``, and wakes as a whole. A sleeping body's entry in ``Bodies.island`` is the lowest row of its island, an awake one's is AWAKE.
+An island is a set of dynamic bodies connected by contacts; static and kinematic bodies do not connect. It falls asleep once each of its bodies has
+been slower than a threshold for ``TIME_TO_SLEEP``, and wakes as a whole. A sleeping body's entry in ``Bodies.island`` is the lowest row of its
+island, an awake one's is AWAKE.
 
 Islands are found by union–find over the contacts of the step, and only in steps in which some body has rested for long enough.
 """
@@ -155,5 +156,3 @@ def put_to_sleep(a, b, live, number, body, kind, island, rest, motion, active, c
                 for k in range(6):
                     motion[i, k] = 0
     return asleep
-
-

@@ -53,7 +53,7 @@ class Ingredient(JITCodeLibrary):
 
 
 @register_pass(mutates_CFG=False, analysis_only=True)
-class _UseIngredient(FunctionPass):  # type: ignore[misc]
+class _UseIngredient(FunctionPass):
     _name = "atlasphys_ingredient"
 
     def __init__(self) -> None:
@@ -65,7 +65,7 @@ class _UseIngredient(FunctionPass):  # type: ignore[misc]
         return False
 
 
-class IngredientCompiler(CompilerBase):  # type: ignore[misc]
+class IngredientCompiler(CompilerBase):
     """Numba's pipeline, with that pass."""
 
     def define_pipelines(self) -> list[Any]:

@@ -1,11 +1,13 @@
 """Restitution of eight manifolds side by side: impacts are resolved before the substeps of a step. Bodies over lanes.
 
-In a step in which some point comes in faster than the threshold and would reach the surface, ``aim`` works out for every point how fast the bodies shall
-part there, v′ ≥ target; ``strike`` is swept over all contacts until that holds, with λ ≥ 0 and λ (v′ − target) = 0; and ``depart`` takes the points that
-bounced or part out of the rest of the step, which so cannot take back or add to the bounce. The substeps then go on from the new velocities.
+In a step in which some point comes in faster than the threshold and would reach the surface, ``aim`` works out for every point how fast the bodies
+shall part there, v′ ≥ target; ``strike`` is swept over all contacts until that holds, with λ ≥ 0 and λ (v′ − target) = 0; and ``depart`` takes the
+points that bounced or part out of the rest of the step, which so cannot take back or add to the bounce. The substeps then go on from the new
+velocities.
 
 - A point that strikes leaves with the speed u that the law of restitution asks for *at the surface*: semi-implicit Euler with step h in a field of
-  acceleration a towards the surface keeps v² + 2 a gap − a h v (v > 0 outwards), so u² + 2 a gap − a h u = e² (s² + 2 a gap + a h s) for approach speed s.
+  acceleration a towards the surface keeps v² + 2 a gap − a h v (v > 0 outwards), so u² + 2 a gap − a h u = e² (s² + 2 a gap + a h s) for approach
+  speed s.
 - A point whose impact is nearer to the step's end than to its beginning strikes in the next step, if the overlap until then is within the slop.
 - A point that parts takes Moreau's form of the law, v′ ≥ −e v, where other impacts push it back. With it λ·(v′ + e v) = 0, and without friction the
   energy changes by −½ (1 − e) / (1 + e) λ · A λ ≤ 0, with A the matrix of all contacts.
@@ -28,8 +30,14 @@ from atlasphys.engine.simd import (
     sqrt,
     store,
 )
-from atlasphys.engine.solvers.contact_block import COEFFICIENT, COUNT, FAR, MANIFOLD, SLIDE_TOTAL, TWIST_TOTAL
+from atlasphys.engine.solvers.contact_block import (
+    COEFFICIENT,
+    FAR,
+    SLIDE_TOTAL,
+    TWIST_TOTAL,
+)
 from atlasphys.engine.solvers.soft_contact import Pair
+from atlasphys.engine.state.blocks import COUNT, MANIFOLD
 from atlasphys.engine.state.manifolds import DEPTH, NORMAL_IMPULSE, POINT_COLUMNS, RESTITUTION
 
 BOUNCE_SWEEPS = 4
@@ -94,7 +102,8 @@ def aim(points, locks, block, integers, blocks, motion, inverse_mass, drives, ma
 
 @simd_kernel
 def strike(points, locks, block, integers, blocks, motion, inverse_mass, ease) -> bool:
-    """One visit: friction within what the normal impulses allow, then these. Whether some point was still off its target, which is ``ease`` times what it was."""
+    """One visit: friction within what the normal impulses allow, then these. Whether some point was still off its target, which is ``ease`` times
+    what it was."""
     pair = Pair(points, locks, block, integers, blocks, motion, inverse_mass)
     fields = pair.fields
     old = [load(blocks, block, fields.total + k) for k in range(points)]

@@ -6,8 +6,8 @@ r_a = r_b + x_b − x_a for all points of a manifold. With c_k = r_bk × n and t
     v_k = n · (v_b − v_a) − (d × n) · ω_a + c_k · (ω_b − ω_a),
 
 three numbers a point, and the impulses λ_k turn the bodies by C = Σ λ_k c_k on b and −(C + d × n Σ λ_k) on a. Torques taken so about one
-common point conserve angular momentum exactly. While the bodies move in the substeps of a step, the point moves with the one that is dynamic, or half-way
-between two that are, by s Δx_a + (1 − s) Δx_b. The arms follow: r_b changes by −s (Δx_b − Δx_a), the span by Δx_b − Δx_a, which again is one
+common point conserve angular momentum exactly. While the bodies move in the substeps of a step, the point moves with the one that is dynamic, or
+half-way between two that are, by s Δx_a + (1 − s) Δx_b. The arms follow: r_b changes by −s (Δx_b − Δx_a), the span by Δx_b − Δx_a, which again is one
 correction for all points. (A point that stayed where it was would fall behind a rolling ball, and its pressure would spin the ball up.
 docs/soft_step.md)
 
@@ -50,12 +50,6 @@ class Fields:
         """Field of K_jk."""
         j, k = min(j, k), max(j, k)
         return self.matrix + j * self.points - j * (j + 1) // 2 + k
-
-
-# Rows of the integers of a block: (8, 8)
-BODY_A, BODY_B, MOVES_A, MOVES_B, MANIFOLD, COUNT, ROLLS = range(7)
-"""ROLLS: lane 0 says whether some manifold of the block has rolling friction, see rolling_block.py."""
-INTEGERS = 8
 
 
 def load_vec(blocks, block, field):

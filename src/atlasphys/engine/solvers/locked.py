@@ -11,7 +11,8 @@ from atlasphys.engine.state.pose import free_inverse_inertia
 def follow_turn(locked, locks, motion, geometry, inverse_mass, mass, frame, h):
     """After ``body_block.move``: the inverse inertia of the rows ``locked`` follows their turn, and so does the angular velocity about free axes.
 
-    The locks' own torque changes the angular momentum but does no work: Euler's equation of the free axes is taken explicitly, and the energy is put back.
+    The locks' own torque changes the angular momentum but does no work: Euler's equation of the free axes is taken explicitly, and the energy is
+    put back.
     """
     if locked is None:
         return

@@ -1,21 +1,15 @@
 """Rolling friction, and the torsional friction of single points, of eight manifolds side by side. Bodies over lanes.
 
-Rolling friction [m] is a lever arm: an angular impulse across the normal, at most that times the normal impulse, that opposes the bodies' rolling on each
-other (principle of maximum dissipation, as for sliding). Torsional friction [m] is the radius of the contact patch: about the normal, at most μ times that
-times the normal impulse; where a manifold has several points ``soft_contact.solve`` has that already.
+Rolling friction [m] is a lever arm: an angular impulse across the normal, at most that times the normal impulse, that opposes the bodies' rolling
+on each other (principle of maximum dissipation, as for sliding). Torsional friction [m] is the radius of the contact patch: about the normal, at
+most μ times that times the normal impulse; where a manifold has several points ``soft_contact.solve`` has that already.
 
 Few bodies have either, so these impulses have blocks of their own, beside the blocks of the contacts that they belong to.
 """
 
 from atlasphys.engine.simd import gather, load, maximum, minimum, scatter, select, simd_kernel, store, vec
 from atlasphys.engine.solvers.contact_block import (
-    BODY_A,
-    BODY_B,
     COEFFICIENT,
-    COUNT,
-    MANIFOLD,
-    MOVES_A,
-    MOVES_B,
     NORMAL,
     TWIST,
     TWIST_MASS,
@@ -26,6 +20,7 @@ from atlasphys.engine.solvers.contact_block import (
     load_vec,
     solve_disk,
 )
+from atlasphys.engine.state.blocks import BODY_A, BODY_B, COUNT, MANIFOLD, MOVES_A, MOVES_B
 from atlasphys.engine.state.manifolds import PATCH_ROLLING, ROLLING
 
 # Fields of a block

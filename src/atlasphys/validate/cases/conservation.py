@@ -5,8 +5,8 @@ Contact impulses act in opposite pairs at common points, so P and L cannot chang
 ½ (v⁺ + v⁻) · λ ≤ 0. With both friction and restitution Newton's law of restitution can gain energy, a known fault of the law itself
 (Kane and Levinson 1985; Stronge 1990), so that rise is reported but not judged.
 
-A solver that recycles contacts takes the arms of pairs at rest relative to each other for constant. That costs angular momentum, which is judged by itself; all
-else is measured with and without.
+A solver that recycles contacts takes the arms of pairs at rest relative to each other for constant. That costs angular momentum, which is judged by
+itself; all else is measured with and without.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ With the unit normal n from a to b, arms r to the contact point and approach spe
 j = −(1 + e) v_n / k, k = 1/m_a + 1/m_b + (r_a × n) · I_a⁻¹ (r_a × n) + (r_b × n) · I_b⁻¹ (r_b × n), and the energy changes by
 ΔE = j v_n + ½ k j² = −½ (1 − e²) v_n²/k. P and L are conserved. (Derived in docs/solver.md.)
 
-That is the law of an instant. With e = 0 the bodies stay in contact and spin on, and in substeps the contact goes on pressing for the rest of the step: j grows by a
-share of about ω dt. So the step is short.
+That is the law of an instant. With e = 0 the bodies stay in contact and spin on, and in substeps the contact goes on pressing for the rest of the
+step: j grows by a share of about ω dt. So the step is short.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Case 1: free fall.
 
 Semi-implicit Euler, v ← v − g h, then y ← y + h v, summed over n steps (an arithmetic series) gives
-y = y0 + v0 t − g h² n (n + 1)/2 = y0 + v0 t − ½ g t (t + h) at t = n h, with h the substep: not an approximation but what the scheme must give, to round-off.
+y = y0 + v0 t − g h² n (n + 1)/2 = y0 + v0 t − ½ g t (t + h) at t = n h, with h the substep: not an approximation but what the scheme must give, to
+round-off.
 """
 
 from __future__ import annotations
