@@ -1,5 +1,6 @@
 """Threads of a team: their shares, meetings, failures, sleep and end."""
 
+import itertools
 import threading
 import time
 
@@ -82,7 +83,7 @@ def test_shares_are_neighbours_and_even(first, number, size):
     shares = [function(first, first + number, member_of_python(rank, size)) for rank in range(size)]
     assert shares[0][0] == first
     assert shares[-1][1] == first + number
-    assert all(a[1] == b[0] for a, b in zip(shares, shares[1:], strict=False))
+    assert all(a[1] == b[0] for a, b in itertools.pairwise(shares))
     lengths = [stop - start for start, stop in shares]
     assert max(lengths) - min(lengths) <= 1
 
