@@ -61,7 +61,7 @@ def print_results(results: Sequence[Result], threads: int) -> None:
 
 
 def _table(scene: str, results: Sequence[Result]) -> Table:
-    title = f"[bold]{scene}[/bold], {results[0].bodies} bodies"
+    title = f"[bold]{scene}[/bold], {results[0].bodies} bod{'y' if results[0].bodies == 1 else 'ies'}"
     table = Table(title=title, title_justify="left", title_style="", box=SIMPLE_HEAD, pad_edge=False, padding=0)
     table.add_column("engine", width=10)
     for name in ("median", "least", "CPU", "ratio", "of least", "drift mm", "deep mm"):
