@@ -154,7 +154,7 @@ def test_each_peer_stands_and_falls(name):
 @pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="Linux only")
 @pythonic
 def test_memory():
-    (row,) = memory(["atlasphys"], Plan(), scene="pile_40")
+    (row,) = memory(["atlasphys"], Plan(settle=0.2), scene="pile_40")
     assert row["bodies"] == 40
     assert row["empty_bytes"] > 1e6
     assert row["fault"] == ""

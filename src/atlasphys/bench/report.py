@@ -82,7 +82,7 @@ def _table(scene: str, results: Sequence[Result]) -> Table:
 
 def print_rows(title: str, rows: Sequence[dict[str, Any]]) -> None:
     """Print plain rows as a table."""
-    table = Table(*rows[0], title=title, title_justify="left", header_style="bold")
+    table = Table(*rows[0], title=title, title_justify="left", header_style="bold", box=SIMPLE_HEAD, pad_edge=False)
     for row in rows:
         table.add_row(*(_text(value) for value in row.values()))
     Console(highlight=False).print(table, markup=False)
