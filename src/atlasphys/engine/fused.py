@@ -28,6 +28,7 @@ from atlasphys.engine.manifold.recycle import (
 from atlasphys.engine.manifold.reduce import reduce_points
 from atlasphys.engine.manifold.renew import renew
 from atlasphys.engine.math import vec
+from atlasphys.engine.narrowphase.apart import INEXACT, add_travel, carry_expiry
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call
@@ -304,6 +305,7 @@ def begin_detection(old, new, work):
         status[ENDED] = find_origins(
             pairs, count, old.a, old.b, old.count, old.touching, status[OLD_ROWS], work.origin, work.ended
         )
+        carry_expiry(work.origin, count, work.expiry_before, work.expiry)
     if status[RENAME] > 0:
         status[RENAME] -= 1
         for p in range(count):
@@ -329,14 +331,25 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work, lanes, m
 
 
 @routine
+def leave_distant(block, asked, reach, work, lanes):
+    """Which of the pairs of a block that are asked for have tight boxes that touch, as bits; how long the others stay apart is noted."""
+    touching = near(block, work.pair_bodies, reach, lanes.gap)
+    for lane in range(LANES):
+        if asked & ~touching & (1 << lane):
+            a, b = work.pair_bodies[block, 0, lane], work.pair_bodies[block, 1, lane]
+            work.expiry[LANES * block + lane] = work.travel[a] + work.travel[b] + lanes.gap[0, lane]
+    return asked & touching
+
+
+@routine
 def detect_range(first, stop, bodies, colliders, shapes, constants, reach, old, new, work, lanes):
     """Have a range of whole blocks of pairs recycled or collided, as soon as eight of a kind wait for it."""
     status, origin = work.status, work.origin
     recycling = constants.recycling[0] >= 0
     for start in range(first, stop, LANES):
         block = start // LANES
-        touching = near(block, work.pair_bodies, reach) if status[KEEPS] else -1
-        for lane in range(min(LANES, stop - start)):
+        number, asked = min(LANES, stop - start), 0
+        for lane in range(number):
             p = start + lane
             j = origin[p]
             work.generic[p] = 0
@@ -352,8 +365,13 @@ def detect_range(first, stop, bodies, colliders, shapes, constants, reach, old, 
                 lanes.queued[KINDS] += 1
                 if lanes.queued[KINDS] == LANES:
                     recycle_queue(bodies, colliders, shapes, constants, old, new, work, lanes)
-            elif touching & (1 << lane):
-                enqueue(p, bodies, colliders, shapes, constants, old, new, work, lanes)
+            elif not status[KEEPS] or work.travel[a] + work.travel[b] >= work.expiry[p]:
+                asked |= 1 << lane
+        if asked and status[KEEPS]:
+            asked = leave_distant(block, asked, reach, work, lanes)
+        for lane in range(number):
+            if asked & (1 << lane):
+                enqueue(start + lane, bodies, colliders, shapes, constants, old, new, work, lanes)
 
 
 @routine
@@ -371,6 +389,12 @@ def list_generic(work):
 def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
     """Manifolds of the pairs that the routines called by Python have collided: contact i belongs to pair ``generic[i]``."""
     lanes, number = lanes_of(work.lanes, 0), work.status[GENERIC]
+    for i in range(number):
+        if contacts.gap[i] > 0:
+            p = work.generic[i]
+            a, b = work.pair_bodies[p // LANES, 0, p % LANES], work.pair_bodies[p // LANES, 1, p % LANES]
+            size = INEXACT * (work.extent[a] + work.extent[b])
+            work.expiry[p] = work.travel[a] + work.travel[b] + contacts.gap[i] - size
     for start in range(0, number, LANES):
         filled = min(LANES, number - start)
         for lane in range(LANES):
@@ -719,6 +743,7 @@ def remember(bodies, remembered, work, member):
         for block in range(first, stop):
             for lane in range(LANES):
                 i = rows[block, lane]
+                add_travel(i, bodies, remembered, work.extent, work.travel)
                 for k in range(3):
                     remembered.position[i, k] = bodies.position[i, k]
                 for k in range(4):
@@ -779,7 +804,8 @@ def run_steps(
 ):  # fmt: skip
     """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
 
-    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step builds
+    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0;
+    each step builds
     the next ones in the other table. ``sync`` is that of the team of threads (team.py) that share the work; ``work.lanes`` has scratch for each.
     """
     status = work.status

@@ -14,7 +14,7 @@ from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused import Constants, run_steps
 from atlasphys.engine.islands.colour import COLOURS
-from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF
+from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
 from atlasphys.engine.narrowphase.dispatch import collide
 from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import KIND, PLANE
@@ -68,6 +68,13 @@ from atlasphys.engine.threads import lend_team
 MOST_GROWTH = 4.0
 """By how much last step's impulses may be scaled up for a longer step; see solvers/sequential_impulse.py."""
 
+MOST_FREQUENCY = 0.15
+"""Greatest frequency of contacts, as a share of the number of substeps a second. From 0.17 on pyramids jitter (docs/soft_step.md)."""
+
+STATIC_STIFFENING = 1.0
+"""Factor on the frequency of contacts with bodies that are not dynamic. With 2, which other engines use, pyramids jitter from two thirds of that
+frequency on, and so their other contacts have to be softer."""
+
 LONGEST_CALL = 0.05
 """Time [s] that one compiled call should take at most, so that Ctrl-C is heard."""
 
@@ -77,18 +84,18 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
     real, environment, tolerances = state.real.type, state.environment, state.tolerances
     sub = h / settings.substeps
     unit = environment.length_unit
-    frequency = min(settings.contact_frequency, 0.25 / sub)
+    frequency = min(settings.contact_frequency, MOST_FREQUENCY / sub)
     soft = (
         1 / sub,
         *softness(frequency, settings.contact_damping, sub),
-        *softness(2 * frequency, settings.contact_damping, sub),
+        *softness(STATIC_STIFFENING * frequency, settings.contact_damping, sub),
         settings.push_out_speed * unit,
     )
     bounce = (environment.restitution_threshold, h, sub, float(tolerances.slop), FINEST[state.real.char])
     recycling = (
         (settings.recycle_slip * unit) ** 2 if settings.contact_recycling else -1.0,
-        math.cos(settings.recycle_turn / 2),
-        math.cos(settings.recycle_twist / 2),
+        (2 * math.sin(settings.recycle_turn / 4)) ** 2,
+        (2 * math.sin(settings.recycle_twist / 4)) ** 2,
         float(tolerances.margin),
         settings.recycle_speed * unit * h,
     )
@@ -127,6 +134,9 @@ class Workspace:
         n = state.count
         bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
         self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]
+        self.work.extent[:n] = bounds[:, BOUNDING_RADIUS] + np.sqrt(
+            (state.bodies.local_center[:n].astype(float) ** 2).sum(axis=1)
+        )
         self.work.status[OLD_ROWS] = state.manifold_count
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
         self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
@@ -155,6 +165,10 @@ def empty_work(state: State) -> Work:
         ready=np.zeros(max(n, 1), np.uint8),
         moves=np.zeros(max(n, 1), np.uint8) | (state.bodies.kind[: max(n, 1)] == DYNAMIC),
         plane_side=np.zeros(1, np.int8),
+        travel=np.zeros(max(n, 1)),
+        extent=np.zeros(max(n, 1)),
+        expiry=np.full(1, -np.inf),
+        expiry_before=np.full(1, -np.inf),
         origin=one,
         generic=one.copy(),
         began=np.zeros((1, 2), np.int32),
@@ -174,7 +188,7 @@ def empty_work(state: State) -> Work:
         plain=np.zeros((-(-int((~tumbles).sum()) // LANES), LANES), np.int32),
         tumbling=np.zeros((-(-int(tumbles.sum()) // LANES), LANES), np.int32),
         room=np.zeros((max(-(-len(moving) // LANES), 1), LANES), real),
-        lanes=empty_lanes(1, real),
+        lanes=empty_lanes(1, KINDS, real),
     )
 
 
@@ -182,8 +196,14 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
     """Take over new candidate pairs."""
     work, count = state.workspace.work, len(pairs)
     status = work.status
-    status[PAIRS], status[PAIRS_CHANGED] = count, 1
     rows = int(status[OLD_ROWS])
+    if not status[PAIRS_CHANGED]:  # else what is known of the old pairs has been put aside before
+        work = work._replace(expiry=work.expiry_before, expiry_before=work.expiry)
+    if len(work.expiry_before) < rows:
+        work = work._replace(expiry_before=np.full(rows, -np.inf))
+    status[PAIRS], status[PAIRS_CHANGED] = count, 1
+    if len(work.expiry) < count:
+        work = work._replace(expiry=np.full(2 * count + 8, -np.inf))
     if len(work.pairs) < count or len(work.ended) < count + rows:
         capacity = 2 * count + 8
         work = work._replace(
@@ -260,6 +280,8 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     if written:
         refresh(state.bodies, 0, state.count)
         state.stale = False
+        if state.workspace is not None:
+            state.workspace.work.expiry[:] = state.workspace.work.expiry_before[:] = -np.inf
     if state.workspace is not None and state.workspace.narrowphase != pipeline.narrowphase:
         state.workspace = None
     if state.workspace is None:
@@ -274,7 +296,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     if keeps and (written or len(space.tree.fat.center) != state.count):
         look_for_pairs(state, pipeline.broadphase, h)
     if len(space.work.lanes.queue) < pipeline.threads:
-        space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, state.real))
+        space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, KINDS, state.real))
     wanted = chunk = 1
     completed, began = 0, time.perf_counter()
     while True:

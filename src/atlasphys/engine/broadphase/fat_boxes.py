@@ -23,7 +23,20 @@ from atlasphys.engine.shapes.table import (
     VERTEX_COUNT,
     Shapes,
 )
-from atlasphys.engine.simd import LANES, absolute, any_lane, gather, load, minimum, scatter, select, simd_kernel, store
+from atlasphys.engine.simd import (
+    LANES,
+    absolute,
+    any_lane,
+    full,
+    gather,
+    load,
+    maximum,
+    minimum,
+    scatter,
+    select,
+    simd_kernel,
+    store,
+)
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.bodies import STATIC
 
@@ -141,7 +154,8 @@ def load_offsets(block, rows, center, fat_center, offset):
 
 @routine
 def has_left(first, stop, rows, center, geometry, fat, margin, offset, room):
-    """Whether any of the bodies named in the blocks ``first`` … ``stop`` − 1 of ``rows`` (blocks, 8) has left its fat box, ``margin`` [m] included. Works
+    """Whether any of the bodies named in the blocks ``first`` … ``stop`` − 1 of ``rows`` (blocks, 8) has left its fat box, ``margin`` [m]
+    included. Works
     out ``fat.reach`` of them all.
 
     ``center`` and ``geometry`` are the bodies' columns; ``offset`` (6, 8) and ``room`` (at least blocks, 8) are scratch of the bodies' precision.
@@ -155,13 +169,18 @@ def has_left(first, stop, rows, center, geometry, fat, margin, offset, room):
 
 
 @simd_kernel
-def near(block, pair_bodies, reach) -> int:
-    """Which of eight pairs of bodies have tight boxes that touch: a bit for each."""
+def near(block, pair_bodies, reach, gap) -> int:
+    """Which of eight pairs of bodies have tight boxes that touch: a bit for each. In ``gap`` (1, 8) the others have how far apart the boxes are
+    along the axis that parts them farthest [m], less the rounding of their computation."""
     a, b = load(pair_bodies, block, 0), load(pair_bodies, block, 1)
     box_a, box_b = gather(reach, a), gather(reach, b)
     touch = a == a
+    apart = size = full(box_a[0], 0)
     for k in range(3):
         touch = touch & (box_a[k] <= box_b[3 + k]) & (box_b[k] <= box_a[3 + k])
+        apart = maximum(apart, maximum(box_a[k] - box_b[3 + k], box_b[k] - box_a[3 + k]))
+        size = size + absolute(box_a[k]) + absolute(box_a[3 + k]) + absolute(box_b[k]) + absolute(box_b[3 + k])
+    store(gap, 0, apart - 4 * (ROUND_OFF - 1) * size)
     return touch
 
 

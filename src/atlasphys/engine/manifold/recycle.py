@@ -5,9 +5,11 @@ through the arms from the centres of mass to the contact points, which shift as 
 hold the tower up; and a pair at rest need not be collided again. What changes each step is the normal, which turns with body a, and the
 depth, from where the two bodies' copies of the contact point now are: depth₀ − n · e with e = (x_b + R_b l_b) − (x_a + R_a l_a).
 
-A pair is collided afresh once e exceeds ``slip`` at any of its points, either body has turned by more than ``turn``, or they have by more than
-``twist`` against each other. So it is when they come together or part faster than ``speed``: frozen arms are for pairs at rest relative to each
-other, and would cost an impact's angular momentum.
+A pair is collided afresh once the part of e across the normal exceeds ``slip`` at any of its points, either body has turned by more than ``turn``, or
+they have by more than ``twist`` against each other. (The part along the normal changes nothing but the depth, which is kept up to date; the lowest
+contacts of tall towers give way by centimetres.) So it is when they come together or part faster than ``speed``: frozen arms are for pairs at rest
+relative to each other, and would cost an impact's angular momentum. Angles are compared by the distance of unit quaternions,
+|p − q| = 2 sin(θ / 4), in which small ones do not lose their digits as they do in the cosine p · q.
 """
 
 from atlasphys.engine.simd import (
@@ -54,31 +56,31 @@ def conjugate_mul(p, q):
     )
 
 
-def dot4(p, q):
-    """p · q."""
-    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3]
+def distance_squared(p, q):
+    """|p − q|² of quaternions."""
+    w, x, y, z = (p[k] - q[k] for k in range(4))
+    return w * w + x * x + y * y + z * z
 
 
 @simd_kernel
 def recycle(integers, delta, geometry, old, new, limits):
     """Carry eight manifolds over, where they may be recycled; RESULT of ``integers`` says for which that was done.
 
-    ``delta`` (3, 8) is x_b − x_a. ``limits``: slip² [m²]; cosines of half of turn and twist; gap beyond which there is no contact [m]; change of
-    depth in a step [m].
+    ``delta`` (3, 8) is x_b − x_a. ``limits``: slip² [m²]; (2 sin(θ / 4))² of turn and of twist; gap beyond which there is no contact [m]; change
+    of depth in a step [m].
     """
-    slip_squared, turn_cosine, twist_cosine, margin, change = limits
+    slip_squared, turn_squared, twist_squared, margin, change = limits
     row, count = load(integers, OLD_ROW), load(integers, OLD_COUNT)
     frame_a, frame_b = gather(geometry, load(integers, PAIR_A), 16), gather(geometry, load(integers, PAIR_B), 16)
     reference, local = gather(old.reference, row, 16), gather(old.local, row, 32)
     head, points = gather(old.contact, row, 16), list(gather(old.points, row, 32))
     turn_a, turn_b = frame_a[QUATERNION:16], frame_b[QUATERNION:16]
     then_a, then_b = reference[TURN_A : TURN_A + 4], reference[TURN_B : TURN_B + 4]
-    twist = dot4(conjugate_mul(turn_a, turn_b), conjugate_mul(then_a, then_b))
     keeps = (
         (reference[IS_RECYCLABLE] > 0)
-        & (absolute(dot4(turn_a, then_a)) >= turn_cosine)
-        & (absolute(dot4(turn_b, then_b)) >= turn_cosine)
-        & (absolute(twist) >= twist_cosine)
+        & (distance_squared(turn_a, then_a) <= turn_squared)
+        & (distance_squared(turn_b, then_b) <= turn_squared)
+        & (distance_squared(conjugate_mul(turn_a, turn_b), conjugate_mul(then_a, then_b)) <= twist_squared)
     )
     n = vec.mat_mul_vec(frame_a, reference[NORMAL_IN_A : NORMAL_IN_A + 3])
     between = load(delta, 0), load(delta, 1), load(delta, 2)
@@ -89,8 +91,10 @@ def recycle(integers, delta, geometry, old, new, limits):
         at_b = vec.mat_mul_vec(frame_b, local[first + LOCAL_B : first + LOCAL_B + 3])
         moved = vec.sub(vec.add(between, at_b), at_a)
         valid = count > k
-        depth = local[first + COLLISION_DEPTH] - vec.dot(n, moved)
-        rests = (vec.length_squared(moved) <= slip_squared) & (absolute(depth - points[first + DEPTH]) <= change)
+        along = vec.dot(n, moved)
+        depth = local[first + COLLISION_DEPTH] - along
+        slipped = vec.length_squared(vec.add_scaled(moved, n, -along))
+        rests = (slipped <= slip_squared) & (absolute(depth - points[first + DEPTH]) <= change)
         keeps = keeps & (~valid | rests)
         points[first + DEPTH] = select(valid, depth, 0)
         deepest = select(valid, maximum(depth, deepest), deepest)

@@ -134,6 +134,7 @@ def collide(
     contacts.first[0] = 0
     np.cumsum(width, out=contacts.first[1 : number + 1])
     contacts.count[:number] = 0
+    contacts.gap[:number] = 0
     table = METHOD_KERNELS[method]
     codes = kind_pairs(colliders, shapes, pairs)
     for code in np.flatnonzero(np.bincount(codes)) if number else ():

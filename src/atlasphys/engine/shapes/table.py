@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from atlasphys.engine.shapes.polyhedron import bluntness
+
 if TYPE_CHECKING:
     from atlasphys.engine.shapes.polyhedron import Polyhedron
     from atlasphys.engine.shapes.shape import Shape
@@ -45,6 +47,8 @@ class Shapes(NamedTuple):
     """(f, 2) first entry in ``face_vertices`` and number of entries of each face."""
     face_vertices: npt.NDArray[np.int32]
     """(k,) vertex rows of the faces, counter-clockwise as seen from outside."""
+    bluntness: npt.NDArray[np.floating]
+    """(s,) polyhedra: cosine of the greatest angle between a face's normal and the middle of the normals at one of its vertices; others: 0."""
     edges: npt.NDArray[np.int32]
     """(e, 4) two vertex rows and the rows of the faces to the left and right of the edge (as seen from outside, from
     the first vertex to the second)."""
@@ -126,6 +130,7 @@ class ShapeTable:
             faces=_joined([p.planes for p in polyhedra], self._real, (4,)),
             face_range=np.stack([first, face_sizes], axis=1),
             face_vertices=face_vertices,
+            bluntness=np.array([0.0 if p is None else bluntness(p) for p in self._polyhedra], self._real),
             edges=edges,
         )
 

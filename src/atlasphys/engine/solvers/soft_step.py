@@ -21,33 +21,36 @@ class SoftStep:
 
     Attributes:
         substeps: substeps a step. More: stiffer contacts and smaller errors, in proportion slower.
-        contact_frequency: stiffness of contacts as the frequency of a spring [Hz]; at most a quarter of the substeps a second are used, and twice as
-            much where a body is static or kinematic. Larger: less overlap under load; above 120 Hz stacks need more substeps.
+        contact_frequency: stiffness of contacts as the frequency of a spring [Hz]; at most 0.15 of the number of substeps a second is used.
+            Larger: less overlap under load, but then more substeps must go with it.
         contact_damping: damping ratio of that spring. Smaller: overlaps are pushed out faster, and overshoot below 1.
         push_out_speed: greatest speed at which overlap is pushed out [m/s], for a length unit of 1 m.
         warm_starting: start from the impulses of the last substep. Without it stacks sag.
         contact_recycling: keep the contact points of pairs that have barely moved since they were last collided (docs/soft_step.md). Tall stacks
             stand only with it; without it every pair is collided in every step and angular momentum is exact.
-        recycle_slip: how far the two bodies' copies of a recycled contact point may part [m], for a length unit of 1 m.
+        recycle_slip: how far the two bodies' copies of a recycled contact point may part along the surface [m], for a length unit of 1 m.
+            Larger: what slides over an edge is held up.
         recycle_speed: how fast the two may come together or part there [m/s], for a length unit of 1 m. Larger: impacts lose or gain angular
             momentum.
-        recycle_turn: angle by which either body may have turned since [rad]. Larger: spinning and toppling bodies are held up.
-        recycle_twist: angle by which the two may have turned against each other [rad].
+        recycle_turn: angle by which either body may have turned since [rad]. Larger: tall stacks survive harder blows. Smaller: what tips
+            over together with what it stands on does so less late.
+        recycle_twist: angle by which the two may have turned against each other [rad]. Larger: bodies that tip over are held up. Smaller:
+            piles do not come to rest.
 
     Raises:
         InvalidArgumentError: a value is not of the right kind or out of range.
     """
 
     substeps: int = 4
-    contact_frequency: float = 30.0
+    contact_frequency: float = 34.0
     contact_damping: float = 10.0
     push_out_speed: float = 3.0
     warm_starting: bool = True
     contact_recycling: bool = True
-    recycle_slip: float = 0.05
+    recycle_slip: float = 0.02
     recycle_speed: float = 0.2
-    recycle_turn: float = math.radians(2)
-    recycle_twist: float = math.radians(2)
+    recycle_turn: float = math.radians(1.5)
+    recycle_twist: float = math.radians(1)
 
     def __post_init__(self) -> None:
         if type(self.substeps) is not int or not 1 <= self.substeps <= MOST_SUBSTEPS:

@@ -25,6 +25,8 @@ class Contacts(NamedTuple):
     """(P,) points found."""
     normal: npt.NDArray[np.floating]
     """(P, 3) unit normal in world axes."""
+    gap: npt.NDArray[np.floating]
+    """(P,) how far points of the two shapes may at least move towards each other before the pair has contact points [m]; 0: not known."""
     anchor_a: npt.NDArray[np.floating]
     """(K, 3) contact point − centre of mass of a, world axes [m]. The point is midway between the two surfaces."""
     anchor_b: npt.NDArray[np.floating]
@@ -43,6 +45,7 @@ def empty_contacts(pairs: int, points: int, real: npt.DTypeLike) -> Contacts:
         first=aligned_zeros((pairs + 1,), np.int32),
         count=aligned_zeros((pairs,), np.int32),
         normal=aligned_zeros((pairs, 3), real),
+        gap=aligned_zeros((pairs,), real),
         anchor_a=aligned_zeros((points, 3), real),
         anchor_b=aligned_zeros((points, 3), real),
         depth=aligned_zeros((points,), real),

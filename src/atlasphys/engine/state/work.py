@@ -64,12 +64,14 @@ class Lanes(NamedTuple):
     """(4, 8) combined materials."""
     features: npt.NDArray[np.int32]
     """(4, 8) features of last step's points."""
+    gap: npt.NDArray[np.floating]
+    """(1, 8) how far apart tight boxes are, see broadphase/fat_boxes.py."""
     moved: npt.NDArray[np.floating]
     """(8, 8) see solvers/body_block.py."""
     queue: npt.NDArray[np.int32]
     """(kinds + 1, 8) pairs of each kind that wait for a block to be full."""
     queued: npt.NDArray[np.int32]
-    """(16,) how many wait."""
+    """(at least kinds + 1,) how many wait."""
 
 
 class Work(NamedTuple):
@@ -102,6 +104,14 @@ class Work(NamedTuple):
     """(P,) 1 if the pair's first body is a plane, 2 if its second is, else 0."""
     origin: npt.NDArray[np.int32]
     """(P,) row of the pair in last step's manifolds, or −1."""
+    travel: npt.NDArray[np.float64]
+    """(n,) the farthest that any point of the body may have moved in all, see narrowphase/apart.py [m]."""
+    extent: npt.NDArray[np.float64]
+    """(n,) greatest distance of a point of the body's shape from its position [m]."""
+    expiry: npt.NDArray[np.float64]
+    """(P,) sum of the two bodies' travels up to which the pair is known to be apart [m]."""
+    expiry_before: npt.NDArray[np.float64]
+    """(P,) the same of the pairs of the last step, while PAIRS_CHANGED."""
     generic: npt.NDArray[np.int32]
     """(P,) pairs for the routines that Python calls; until all pairs have been looked at, marks at those pairs."""
     began: npt.NDArray[np.int32]
@@ -145,15 +155,13 @@ def in_blocks(rows: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
     return np.ascontiguousarray(padded.reshape(-1, LANES), np.int32)
 
 
-QUEUES = 8
-"""At least KINDS + 1 of narrowphase/batch.py."""
-
-
-def empty_lanes(threads: int, real: npt.DTypeLike) -> Lanes:
-    """Scratch for so many threads. None shares a cache line with another."""
+def empty_lanes(threads: int, kinds: int, real: npt.DTypeLike) -> Lanes:
+    """Scratch for so many threads and kinds of pairs that are collided in blocks. No thread shares a cache line with another."""
 
     def block(fields: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
         return aligned_zeros((threads, fields, LANES), dtype)
+
+    even = kinds + 2 & ~1  # at least kinds + 1
 
     return Lanes(
         integers=block(8, np.int32),
@@ -164,9 +172,10 @@ def empty_lanes(threads: int, real: npt.DTypeLike) -> Lanes:
         tags=block(8, np.int32),
         materials=block(4, real),
         features=block(4, np.int32),
+        gap=block(1, real),
         moved=block(8, real),
-        queue=block(QUEUES, np.int32),
-        queued=aligned_zeros((threads, 2 * LANES), np.int32),
+        queue=block(even, np.int32),
+        queued=aligned_zeros((threads, even * LANES), np.int32),
     )
 
 
@@ -175,6 +184,6 @@ def lanes_of(lanes, thread):
     """The scratch of a thread."""
     return Lanes(
         lanes.integers[thread], lanes.pairs[thread], lanes.delta[thread], lanes.place[thread], lanes.contact[thread],
-        lanes.tags[thread], lanes.materials[thread], lanes.features[thread], lanes.moved[thread], lanes.queue[thread],
-        lanes.queued[thread],
+        lanes.tags[thread], lanes.materials[thread], lanes.features[thread], lanes.gap[thread], lanes.moved[thread],
+        lanes.queue[thread], lanes.queued[thread],
     )  # fmt: skip

@@ -33,6 +33,7 @@ def _write_low_point(contacts, target, height, margin, n, center, far_center, ra
     """Add the point of a core ``point`` (as seen from the shape's origin) if its surface is low enough."""
     real = type(height)
     distance = height + vec.dot(n, point) - radius
+    contacts.gap[target[0]] = max(min(contacts.gap[target[0]], distance - margin), real(0))
     if distance < margin:
         middle = vec.add_scaled(point, n, real(-0.5) * distance - radius)
         p, swapped, _, _ = target
@@ -76,6 +77,7 @@ def plane_convex(rows, bodies, colliders, shapes, margin, contacts):
             real(z + bodies.geometry[body, 11] - bodies.geometry[plane_body, 11]),
         )
         write_normal(contacts, target, vec.neg(n))
+        contacts.gap[p] = math.inf
         kind = shapes.layout[row, KIND]
         radius = rounding(shapes, row)
         half = shapes.size[row, 1]

@@ -1,0 +1,43 @@
+"""Pairs known to be apart: they are not looked at again before their bodies have moved by the gap between them.
+
+Each body's *travel* is the sum, over all steps, of the farthest that any of its points may have moved in the step. A pair found to be apart by
+a gap can only come nearer by what its two bodies travel; so it is left alone until the sum of their travels has grown by the gap. In a pile at
+rest, where bodies creep by micrometres and gaps are centimetres, that leaves next to nothing to do for pairs that do not touch.
+
+What is left out would have given no contact: so results do not depend on it, and it is neither hashed nor part of snapshots. Sums are in
+double precision, since micrometres are added to metres.
+"""
+
+import math
+
+from atlasphys.engine.jit import routine
+
+INEXACT = 1e-3
+"""Part of the sizes of two shapes by which a gap that a narrow phase reports is taken to be smaller. It covers round-off, and the edges that the
+separating axis test takes for parallel (``sat.PARALLEL_SQUARED``). Smaller: a contact could begin a step late. Larger: pairs are looked at more
+often."""
+
+
+@routine
+def add_travel(i, bodies, remembered, extent, travel):
+    """Add to the travel of body i what the step has moved it since its pose was remembered.
+
+    A turn by the angle θ moves a point at the distance r by 2 r sin(θ/2), which is at most 2 r |q − q'| of the unit quaternions, |q − q'| being
+    2 sin(θ/4). ``extent`` is the greatest distance of a point of a body's shape from the body's position [m].
+    """
+    moved = turned = opposite = 0.0
+    for k in range(3):
+        d = bodies.position[i, k] - remembered.position[i, k]
+        moved += d * d
+    for k in range(4):
+        now, then = float(bodies.orientation[i, k]), float(remembered.orientation[i, k])
+        turned += (now - then) * (now - then)
+        opposite += (now + then) * (now + then)
+    travel[i] += math.sqrt(moved) + 2.0 * extent[i] * math.sqrt(min(turned, opposite))
+
+
+@routine
+def carry_expiry(origin, count, before, expiry):
+    """Carry what is known over to a new list of pairs; pair p is number ``origin[p]`` of the old list, or new if that is −1."""
+    for p in range(count):
+        expiry[p] = before[origin[p]] if origin[p] >= 0 else -math.inf
