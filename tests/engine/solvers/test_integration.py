@@ -40,7 +40,9 @@ def test_free_fall_at_any_step_length(precision, preset):
     steps(world, 100, h)
     eps = 6e-8 if precision == "single" else 1e-16
     assert body.velocity[1] == pytest.approx(3 - 100 * h * g, rel=200 * eps)
-    assert body.position[1] == pytest.approx(10 + 300 * h - 100 * (100 + 1 / SUBSTEPS[preset]) / 2 * h * h * g, abs=2000 * eps)
+    assert body.position[1] == pytest.approx(
+        10 + 300 * h - 100 * (100 + 1 / SUBSTEPS[preset]) / 2 * h * h * g, abs=2000 * eps
+    )
 
 
 @pytest.mark.parametrize("scale", [0.0, -1.0, 2.5])
