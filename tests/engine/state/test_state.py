@@ -91,7 +91,7 @@ def test_derived_columns(q, locks, precision):
 def test_a_step_that_fails_anywhere_changes_nothing(monkeypatch, stage, error):
     from atlasphys.engine import step as step_module
 
-    world, twin = stack(3), stack(3)
+    world, twin = stack(3, preset="classic"), stack(3, preset="classic")
     for each in (world, twin):
         steps(each, 5)
         each.bodies.velocity[2] = (0.5, 0, 0)
