@@ -23,6 +23,7 @@ from atlasphys.engine.team import (
     wait,
 )
 from atlasphys.engine.threads import Team, available_cpus, lend_team
+import itertools
 
 FOREVER = 1_000_000
 """Rounds of waiting for helpers to come."""
@@ -82,7 +83,7 @@ def test_shares_are_neighbours_and_even(first, number, size):
     shares = [function(first, first + number, member_of_python(rank, size)) for rank in range(size)]
     assert shares[0][0] == first
     assert shares[-1][1] == first + number
-    assert all(a[1] == b[0] for a, b in zip(shares, shares[1:], strict=False))
+    assert all(a[1] == b[0] for a, b in itertools.pairwise(shares))
     lengths = [stop - start for start, stop in shares]
     assert max(lengths) - min(lengths) <= 1
 

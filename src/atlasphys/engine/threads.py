@@ -25,7 +25,8 @@ def available_cpus() -> int:
 
 
 class Team:
-    """The threads of calls: the caller and ``threads`` − 1 helpers. In ``with team as sync`` one call may be made, with that ``sync``; after it the team
+    """The threads of calls: the caller and ``threads`` − 1 helpers. In ``with team as sync`` one call may be made, with that ``sync``;
+    after it the team
     goes back to the list ``home``."""
 
     def __init__(self, threads: int, home: list[Team]) -> None:
