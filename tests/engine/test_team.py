@@ -1,5 +1,6 @@
 """Threads of a team: their shares, meetings, failures, sleep and end."""
 
+import itertools
 import threading
 import time
 
@@ -23,7 +24,6 @@ from atlasphys.engine.team import (
     wait,
 )
 from atlasphys.engine.threads import Team, available_cpus, lend_team
-import itertools
 
 FOREVER = 1_000_000
 """Rounds of waiting for helpers to come."""
