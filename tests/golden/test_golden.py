@@ -76,7 +76,7 @@ DEFAULT = {
     "default: sleepers and a ball": sleepers,
 }
 DEFAULT_AT = (1, 20, 220)
-WOKEN = 150
+WOKEN = 130
 """Steps after which the pyramid of ``sleepers`` sleeps and the ball has not come yet."""
 
 
