@@ -32,6 +32,7 @@ from atlasphys.engine.narrowphase.apart import INEXACT, add_travel, carry_expiry
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call
+from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
 from atlasphys.engine.solvers.locked import follow_turn
@@ -98,6 +99,7 @@ PLANE_CELL = 64.0
 """Cell size of the lattice on which a plane's centre is taken to be [m]."""
 
 
+@by_address
 class Constants(NamedTuple):
     """Numbers of a run, in the world's precision."""
 

@@ -147,6 +147,12 @@ def _routine(function: Function, forceinline: bool = False, allocates: bool = Fa
     )(function)
     if hasattr(compiled, "compile"):  # not where NUMBA_DISABLE_JIT is set
         compile_types = compiled.compile
-        # Numba would compile f(x, 0), f(x, 1) and f(x, i) one by one, each literal being a type of its own.
-        compiled.compile = lambda types: compile_types(tuple(map(numba.types.unliteral, types)))
+        compiled.compile = lambda types: compile_types(tuple(map(_passed_as, types)))
     return compiled
+
+
+def _passed_as(kind: Any) -> Any:
+    """The type that a routine takes for an argument of a type. Numba would compile f(0), f(1), f(i) and f(array[i]) one by one: each literal is a
+    type of its own, and the integers of arrays are shorter."""
+    kind = numba.types.unliteral(kind)
+    return numba.types.int64 if isinstance(kind, numba.types.Integer) and kind.signed else kind

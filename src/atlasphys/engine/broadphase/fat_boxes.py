@@ -37,6 +37,7 @@ from atlasphys.engine.simd import (
     simd_kernel,
     store,
 )
+from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.bodies import STATIC
 
@@ -60,6 +61,7 @@ BOUNDING_RADIUS = 7
 """Column of ``FatBoxes.bound``."""
 
 
+@by_address
 class FatBoxes(NamedTuple):
     """The boxes of colliders, a row for each. A collider's row is its body's."""
 

@@ -19,6 +19,7 @@ from atlasphys.engine.broadphase.pair_list import merge_pairs, sort_pairs
 from atlasphys.engine.jit import kernel
 from atlasphys.engine.shapes.table import KIND, PLANE, Shapes
 from atlasphys.engine.simd import LANES
+from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.bodies import DYNAMIC, STATIC, Bodies
 from atlasphys.engine.state.colliders import Colliders
 
@@ -28,6 +29,7 @@ REFIT_SHARE = 0.25
 Pairs = npt.NDArray[np.int32]
 
 
+@by_address
 class Roles(NamedTuple):
     """What the rows of a world's colliders are to the broad phase."""
 

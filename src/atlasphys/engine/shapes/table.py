@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from atlasphys.engine.shapes.polyhedron import bluntness
+from atlasphys.engine.simd.by_address import by_address
 
 if TYPE_CHECKING:
     from atlasphys.engine.shapes.polyhedron import Polyhedron
@@ -30,6 +31,7 @@ RIM_POINTS = 8
 Fewer: a disc tips over its octagon's sides earlier than over its rim. More: more points to clip and reduce."""
 
 
+@by_address
 class Shapes(NamedTuple):
     """The shapes of a world. All coordinates are in the shape's own frame."""
 

@@ -12,6 +12,8 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, register_pass
 
+from atlasphys.engine.simd.by_address import unchanging
+
 
 class _NoEnvironment:
     """Stands for the code generator where a function's environment would be set in code that is not loaded."""
@@ -42,6 +44,12 @@ class Ingredient(JITCodeLibrary):
             self._final_module.link_in(library._get_module_for_linking(), preserve=True)
         self._finalize_dynamic_globals()
         self._finalized = True
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        """Take a function's code over."""
+        for function in ir_module.functions:
+            unchanging(function)
+        super().add_ir_module(ir_module)
 
     def _optimize_functions(self, ll_module: Any) -> None:
         """Left to the kernels."""

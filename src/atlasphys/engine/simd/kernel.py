@@ -19,6 +19,7 @@ from numba.core import types as _types
 from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
 from numba.np.numpy_support import as_dtype
 
+from atlasphys.engine.simd.by_address import TableType, read_field
 from atlasphys.engine.simd.lanes import LANES, LLVM_TYPES, Lanes, Mask, splat
 from atlasphys.engine.simd.memory import Index, Table
 
@@ -108,6 +109,18 @@ class SimdKernel:
         return result.value
 
 
+class _Fields:
+    """A table that is passed by address, of which only what the body uses is read."""
+
+    def __init__(self, tracer: _Tracer, kind: TableType, address: Any) -> None:
+        self._read = functools.partial(tracer.field, kind, address)
+
+    def __getattr__(self, name: str) -> Any:
+        value = self._read(name)
+        setattr(self, name, value)
+        return value
+
+
 class _Tracer:
     """Makes traced arguments of LLVM values."""
 
@@ -117,24 +130,30 @@ class _Tracer:
 
     def argument(self, kind: Any, value: Any) -> Any:
         """The traced form of an argument of a Numba type."""
-        builder = self.builder
+        builder, before = self.builder, self.checks
         if isinstance(kind, types.Array):
             return self.table(kind, value)
         if isinstance(kind, types.BaseTuple):
-            parts = list(map(self.argument, kind.types, cgutils.unpack_tuple(self.checks, value)))
+            parts = list(map(self.argument, kind.types, cgutils.unpack_tuple(before, value)))
             return kind.instance_class(*parts) if hasattr(kind, "instance_class") else tuple(parts)
+        if isinstance(kind, TableType):
+            return _Fields(self, kind, value)
         if isinstance(kind, types.IntegerLiteral):
             return kind.literal_value
         if isinstance(kind, types.NoneType):
             return None
         if isinstance(kind, (types.Boolean, types.BooleanLiteral)):
-            return Mask(builder, self.context.cast(builder, value, kind, types.boolean))
+            return Mask(builder, self.context.cast(before, value, kind, types.boolean))
         if isinstance(kind, types.Integer):
-            return Index(builder, self.context.cast(builder, value, kind, types.int64))
+            return Index(builder, self.context.cast(before, value, kind, types.int64))
         if isinstance(kind, types.Float):
             target = types.float32 if self.real == np.float32 else types.float64
-            return Lanes(builder, self.real, splat(builder, self.context.cast(builder, value, kind, target)))
+            return Lanes(builder, self.real, splat(before, self.context.cast(before, value, kind, target)))
         raise TypeError(f"{self.name}: a kernel body cannot take an argument of type {kind}")
+
+    def field(self, kind: TableType, address: Any, name: str) -> Any:
+        """The traced form of a field."""
+        return self.argument(kind.fields[name], read_field(self.context, self.checks, kind, address, name))
 
     def table(self, kind: Any, value: Any) -> Table:
         """The traced form of an array."""
@@ -172,6 +191,8 @@ def _array_types(kinds: Any) -> Iterator[Any]:
             yield kind
         elif isinstance(kind, types.BaseTuple):
             yield from _array_types(kind.types)
+        elif isinstance(kind, TableType):
+            yield from _array_types(kind.kinds)
 
 
 def _numpy_argument(real: np.dtype[Any], argument: Any) -> Any:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.arrays import aligned_zeros
 
 STATIC, KINEMATIC, DYNAMIC = 0, 1, 2
@@ -20,6 +21,7 @@ AWAKE = -1
 KINDS = {"static": STATIC, "kinematic": KINEMATIC, "dynamic": DYNAMIC}
 
 
+@by_address
 class Bodies(NamedTuple):
     """The table of bodies. Shapes are given for a capacity of n rows."""
 

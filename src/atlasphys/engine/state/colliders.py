@@ -5,9 +5,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.arrays import aligned_zeros
 
 
+@by_address
 class Colliders(NamedTuple):
     """The table of colliders. Shapes are given for a capacity of n rows."""
 

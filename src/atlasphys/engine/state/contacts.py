@@ -9,9 +9,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.arrays import aligned_zeros
 
 
+@by_address
 class Contacts(NamedTuple):
     """Contact points of P pairs in K slots. The normal points from a to b."""
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.arrays import aligned_zeros, with_capacity
 
 # Columns of ``contact``.
@@ -36,6 +37,7 @@ NORMAL_IN_A = 8  # 8–10 the normal in a's axes
 IS_RECYCLABLE = 11  # 1; 0 forces a collision in the next step
 
 
+@by_address
 class Manifolds(NamedTuple):
     """The table of manifolds. Shapes are given for a capacity of m rows; k is a point, 0 to 3."""
 

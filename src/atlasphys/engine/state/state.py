@@ -16,6 +16,7 @@ import numpy.typing as npt
 from atlasphys.engine.constants import Tolerances, tolerances
 from atlasphys.engine.jit import kernel
 from atlasphys.engine.shapes.table import ShapeTable
+from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.arrays import copy_rows, with_capacity
 from atlasphys.engine.state.bodies import AWAKE, DYNAMIC, Bodies, empty_bodies
 from atlasphys.engine.state.colliders import Colliders, empty_colliders
@@ -40,6 +41,7 @@ class Environment:
     """Entry of ``COMBINE_RULES`` for restitution."""
 
 
+@by_address
 class Remembered(NamedTuple):
     """The columns that a step or a user may change, as they were."""
 

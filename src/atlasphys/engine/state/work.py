@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from atlasphys.engine.jit import routine
 from atlasphys.engine.simd import LANES
+from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.arrays import aligned_zeros
 
 # Entries of ``Work.status``
@@ -74,6 +75,7 @@ class Lanes(NamedTuple):
     """(at least kinds + 1,) how many wait."""
 
 
+@by_address
 class Work(NamedTuple):
     """Working memory. P is the capacity for pairs."""
 
