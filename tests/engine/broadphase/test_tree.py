@@ -49,8 +49,8 @@ def rooms(block, rows, geometry, bound, half, offset, margin, room, reach):
 
 
 @kernel
-def near_pairs(block, pair_bodies, reach):
-    return near(block, pair_bodies, reach)
+def near_pairs(block, pair_bodies, reach, gap):
+    return near(block, pair_bodies, reach, gap)
 
 
 @kernel
@@ -417,8 +417,10 @@ def test_tight_boxes_that_touch(real):
         pair_bodies = rng.integers(0, 12, (1, 2, 8)).astype(np.int32)
         a, b = reach[pair_bodies[0]]
         touch = ((a[:, :3] <= b[:, 3:6]) & (b[:, :3] <= a[:, 3:6])).all(axis=1)
-        answer = near_pairs(0, pair_bodies, reach)
-        assert answer == near_pairs.py_func(0, pair_bodies, reach) == sum(1 << k for k in range(8) if touch[k])
+        gap, read = np.zeros((2, 1, 8), reach.dtype)
+        answer = near_pairs(0, pair_bodies, reach, gap)
+        assert answer == near_pairs.py_func(0, pair_bodies, reach, read) == sum(1 << k for k in range(8) if touch[k])
+        np.testing.assert_array_equal(gap, read)
         seen |= set(touch.tolist())
     assert seen == {True, False}
 
