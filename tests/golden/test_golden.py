@@ -76,7 +76,7 @@ DEFAULT = {
     "default: sleepers and a ball": sleepers,
 }
 DEFAULT_AT = (1, 20, 220)
-WOKEN = 130
+BEFORE_IMPACT = 130
 """Steps after which the pyramid of ``sleepers`` sleeps and the ball has not come yet."""
 
 
@@ -105,7 +105,7 @@ def test_steps_in_one_call_give_the_same(name, threads):
 def test_the_sleepers_sleep_and_are_woken():
     world = sleepers()
     asleep = []
-    for count in (WOKEN, DEFAULT_AT[-1] - WOKEN):
+    for count in (BEFORE_IMPACT, DEFAULT_AT[-1] - BEFORE_IMPACT):
         steps(world, count)
         asleep.append([body.asleep for body in world.bodies if body.shape == ap.Box(size=(1, 1, 1))])
     assert all(asleep[0])

@@ -1,4 +1,4 @@
-"""Every validation case at its tolerances, with the default world, the classic preset and both ways of position correction."""
+"""Every validation case at its tolerances, with each solver, and with both ways of position correction of the classic one."""
 
 import math
 from functools import partial
@@ -11,43 +11,50 @@ from atlasphys.validate.case import MakeWorld
 
 OFFERED = [number for number, case in CASES.items() if case.not_offered is None]
 
-# Found by their tests in full runs; see docs/validation.md for what they measure.
-LONG = {20, 21, 22}
+MAKERS: dict[str, MakeWorld] = {
+    "soft_step": ap.World,
+    "sequential_impulse": partial(ap.World, preset="classic"),
+    "baumgarte": partial(ap.World, preset="classic", position_correction="baumgarte"),
+}
+
+# What a solver does not meet, by how much, and why: docs/validation.md.
+NOT_MET = {
+    ("soft_step", 20): "soft contacts sag in proportion to the load",
+    ("soft_step", 21): "soft contacts sag: a tower of 10 by 2 cm",
+    ("sequential_impulse", 20): "ten sweeps are too few",
+    ("sequential_impulse", 21): "ten sweeps are too few",
+}
+
+# Many seconds with the classic solver.
+LONG = {("sequential_impulse", 20), ("sequential_impulse", 21), ("sequential_impulse", 22)}
 
 # Position correction matters, and the case is short.
 WITH_BAUMGARTE = (2, 6, 9, 16, 19, 28)
 
 
-def judged(number: int, make_world: MakeWorld) -> None:
-    result = CASES[number].run(make_world)
-    assert set(CASES[number].tolerances) <= set(result.errors)
-    assert all(math.isfinite(error) and error >= 0 for error in result.errors.values())
+def entries():
+    """Solver and case, marked."""
+    for solver in MAKERS:
+        for number in WITH_BAUMGARTE if solver == "baumgarte" else OFFERED:
+            marks = [pytest.mark.full] if (solver, number) in LONG else []
+            if reason := NOT_MET.get((solver, number)):
+                marks.append(pytest.mark.xfail(strict=True, raises=AssertionError, reason=reason))
+            yield pytest.param(solver, number, marks=marks)
+
+
+@pytest.mark.parametrize(("solver", "number"), list(entries()))
+def test_case(solver: str, number: int) -> None:
+    result = CASES[number].run(MAKERS[solver])
+    if not set(CASES[number].tolerances) <= set(result.errors):
+        pytest.fail("an error that has a tolerance was not measured")
+    if not all(math.isfinite(error) and error >= 0 for error in result.errors.values()):
+        pytest.fail(f"errors must be numbers: {result.errors}")
     assert not result.failures
 
 
-@pytest.mark.parametrize("number", [n for n in OFFERED if n not in LONG])
-def test_default_world(number: int) -> None:
-    judged(number, ap.World)
-
-
-@pytest.mark.parametrize("number", [n for n in OFFERED if n not in LONG])
-def test_classic(number: int) -> None:
-    judged(number, partial(ap.World, preset="classic"))
-
-
-@pytest.mark.parametrize("number", WITH_BAUMGARTE)
-def test_baumgarte(number: int) -> None:
-    judged(number, partial(ap.World, preset="classic", position_correction="baumgarte"))
-
-
-@pytest.mark.full
-def test_pyramid() -> None:
-    judged(22, ap.World)
-
-
-@pytest.mark.full
-@pytest.mark.parametrize("number", [20, 21])
-@pytest.mark.parametrize("preset", ["default", "classic"])
-@pytest.mark.xfail(strict=True, reason="soft contacts sag, ten sweeps are too few: docs/validation.md")
-def test_beyond_both_solvers(number: int, preset: str) -> None:
-    judged(number, partial(ap.World, preset=preset))
+def test_only_the_sag_of_soft_contacts_is_not_met() -> None:
+    """Case 20's forces are right, however deep the heavy body sinks."""
+    errors = CASES[20].run(MAKERS["soft_step"]).errors
+    forces = [error for name, error in errors.items() if "force" in name]
+    assert len(forces) == 3
+    assert max(forces) < 0.01

@@ -263,7 +263,7 @@ def recycle_queue(bodies, colliders, shapes, constants, old, new, work, lanes):
 def list_bodies(bodies, count, work):
     """List the bodies that are to be moved, and those that may disturb others."""
     status = work.status
-    list_active(bodies.kind, bodies.island, bodies.motion, count, work.active)
+    list_active(bodies.kind, bodies.island, bodies.rest, bodies.motion, count, work.active)
     status[PLAIN], status[TUMBLING] = list_awake(
         bodies.kind, bodies.island, bodies.frame, count, work.plain, work.tumbling
     )
@@ -823,7 +823,7 @@ def run_steps(
                 list_bodies(bodies, count, work)
                 status[SLEEPERS_CHANGED] = 0
             elif status[KINEMATIC_BODIES]:
-                list_active(bodies.kind, bodies.island, bodies.motion, count, work.active)
+                list_active(bodies.kind, bodies.island, bodies.rest, bodies.motion, count, work.active)
             if status[SLEEPS]:
                 for i in range(count):
                     work.before[i] = work.active[i]
@@ -850,7 +850,7 @@ def run_steps(
         if status[SLEEPS]:
             status[WOKEN] += wake_touched(
                 new.a, new.b, work.live, live, colliders.body, bodies.kind, bodies.island, bodies.rest, work.active, count,
-                work.ready,
+                work.ready, work.island_before, work.rest_before,
             )  # fmt: skip
             if status[WOKEN]:
                 list_bodies(bodies, count, work)

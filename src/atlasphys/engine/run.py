@@ -27,7 +27,7 @@ from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.blocks import INTEGERS
-from atlasphys.engine.state.bodies import DYNAMIC, KINEMATIC, STATIC
+from atlasphys.engine.state.bodies import CHANGED, DYNAMIC, KINEMATIC, STATIC
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
 from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
 from atlasphys.engine.state.state import State
@@ -122,7 +122,7 @@ FATTENING = 0.05
 looked at that do not touch."""
 
 
-EMPTY: npt.NDArray[np.int32] = np.empty(0, np.int32)
+NO_ROWS: npt.NDArray[np.int32] = np.empty(0, np.int32)
 
 
 class Workspace:
@@ -163,6 +163,8 @@ def empty_work(state: State) -> Work:
         radius=np.zeros(max(n, 1), real),
         parent=np.zeros(max(n, 1), np.int32),
         ready=np.zeros(max(n, 1), np.uint8),
+        island_before=np.zeros(max(n, 1), np.int32),
+        rest_before=np.zeros(max(n, 1), real),
         moves=np.zeros(max(n, 1), np.uint8) | (state.bodies.kind[: max(n, 1)] == DYNAMIC),
         plane_side=np.zeros(1, np.int8),
         travel=np.zeros(max(n, 1)),
@@ -297,56 +299,88 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
         look_for_pairs(state, pipeline.broadphase, h)
     if len(space.work.lanes.queue) < pipeline.threads:
         space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, KINDS, state.real))
+    changed = bool((state.bodies.rest[: state.count] == CHANGED).any())
     wanted = chunk = 1
     completed, began = 0, time.perf_counter()
-    while True:
-        start = time.perf_counter()
-        with lend_team(pipeline.threads) as sync:
-            answer = run_steps(
-                state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered,
-                state.contacts, space.kept, state.count, space.tree.fat, values, space.work, wanted, sync,
-            )  # fmt: skip
-        status = space.work.status
-        if status[PARITY]:
-            state.manifolds, state.next_manifolds = state.next_manifolds, state.manifolds
-            status[PARITY] = 0
-        for _ in range(completed, int(status[DONE])):
-            state.time += h
-        state.steps += int(status[DONE]) - completed
-        completed = int(status[DONE])
-        if completed:
-            state.last_h = h / settings.substeps
-            state.manifold_count = int(status[OLD_ROWS])
-        if answer == NEED_PAIRS:
-            look_for_pairs(state, pipeline.broadphase, h)
-        elif answer == NEED_BLOCKS:
-            grow_blocks(state)
-        elif answer == NEED_GENERIC:
-            pairs = space.work.pairs[space.work.generic[: status[GENERIC]]]
-            state.contacts = collide(
-                state.bodies, state.colliders, shapes, pairs, pipeline.narrowphase, margin, state.contacts
-            )
-        elif answer == DIVERGED:
-            rows = state.diverged_rows().tolist()
-            state.roll_back()
-            state.workspace = None
-            raise DivergedError(rows)
-        elif wanted < steps:
-            if time.perf_counter() - start < LONGEST_CALL / 2:
-                chunk *= 2
-            wanted = min(steps, wanted + chunk)
-            if settings.warm_starting:
-                values = values._replace(ratio=type(values.ratio)(1))
-        else:
-            break
+    try:
+        while True:
+            start = time.perf_counter()
+            try:
+                with lend_team(pipeline.threads) as sync:
+                    answer = run_steps(
+                        state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered,
+                        state.contacts, space.kept, state.count, space.tree.fat, values, space.work, wanted, sync,
+                    )  # fmt: skip
+            finally:  # Ctrl-C is heard as soon as the call has returned
+                completed += note_completed(state, completed, h, settings.substeps)
+            if changed and completed:  # the first call makes one step at most
+                state.changes_noticed()
+                status[SLEEPERS_CHANGED], changed = 1, False
+            if answer == NEED_PAIRS:
+                look_for_pairs(state, pipeline.broadphase, h)
+            elif answer == NEED_BLOCKS:
+                grow_blocks(state)
+            elif answer == NEED_GENERIC:
+                pairs = space.work.pairs[space.work.generic[: status[GENERIC]]]
+                state.contacts = collide(
+                    state.bodies, state.colliders, shapes, pairs, pipeline.narrowphase, margin, state.contacts
+                )
+            elif answer == DIVERGED:
+                raise DivergedError(state.diverged_rows().tolist())
+            elif wanted < steps:
+                if time.perf_counter() - start < LONGEST_CALL / 2:
+                    chunk *= 2
+                wanted = min(steps, wanted + chunk)
+                if settings.warm_starting:
+                    values = values._replace(ratio=type(values.ratio)(1))
+            else:
+                break
+    except BaseException:
+        abandon_step(state, completed)
+        raise
     profile["solver"] = (time.perf_counter() - began) / max(steps, 1)
     state.began = space.work.began[: status[BEGAN]].copy()
     state.ended = space.work.ended[: status[ENDED]].copy()
-    moved = state.bodies.kind[: state.count] == DYNAMIC
-    before, now = space.work.before[: state.count], space.work.active[: state.count]
-    state.slept = _rows(moved & (before > now)) if status[SLEPT] else EMPTY
-    state.woke = _rows(moved & (before < now)) if status[WOKEN] else EMPTY
+    state.slept = _rows(changed_activity(state) < 0) if status[SLEPT] else NO_ROWS
+    state.woke = _rows(changed_activity(state) > 0) if status[WOKEN] else NO_ROWS
     return profile
+
+
+def note_completed(state: State, completed: int, h: float, substeps: int) -> int:
+    """Take over the steps that a compiled call has completed beyond the first ``completed``. Returns how many they are."""
+    status = state.workspace.work.status
+    if status[PARITY]:
+        state.manifolds, state.next_manifolds = state.next_manifolds, state.manifolds
+        status[PARITY] = 0
+    more = int(status[DONE]) - completed
+    for _ in range(more):
+        state.time += h
+    if more:
+        state.steps += more
+        state.last_h, state.manifold_count = h / substeps, int(status[OLD_ROWS])
+    return more
+
+
+def abandon_step(state: State, completed: int) -> None:
+    """Return to the end of the last completed step of this run, the number of which was ``completed``."""
+    work, bodies = state.workspace.work, state.bodies
+    state.roll_back()
+    if work.status[WOKEN]:
+        woken = changed_activity(state) > 0
+        bodies.island[: state.count][woken] = work.island_before[: state.count][woken]
+        bodies.rest[: state.count][woken] = work.rest_before[: state.count][woken]
+    if completed:  # the events of that step have been overwritten
+        state.began = state.ended = np.empty((0, 2), np.int32)
+        state.slept = state.woke = NO_ROWS
+    state.forced = bool(work.status[FORCES])
+    state.workspace = None
+
+
+def changed_activity(state: State) -> npt.NDArray[np.int8]:
+    """1 for dynamic bodies that have become active in the present step, −1 for those that have ceased to be, else 0."""
+    work, n = state.workspace.work, state.count
+    change = work.active[:n].astype(np.int8) - work.before[:n].astype(np.int8)
+    return np.where(state.bodies.kind[:n] == DYNAMIC, change, np.int8(0))
 
 
 def _rows(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.int32]:

@@ -18,10 +18,12 @@ NEVER_SLEEPS = 3
 
 
 @routine
-def is_active(kind, island, motion, i):
-    """Whether body i may disturb others: a dynamic one that is awake, or a kinematic one that moves."""
+def is_active(kind, island, rest, motion, i):
+    """Whether body i may disturb others: a dynamic one that is awake, a kinematic one that moves, or one of the rest that was changed by hand."""
     if kind[i] == DYNAMIC:
         return island[i] == AWAKE
+    if rest[i] < 0:
+        return True
     if kind[i] == KINEMATIC:
         for k in range(6):
             if motion[i, k] != 0:
@@ -30,10 +32,10 @@ def is_active(kind, island, motion, i):
 
 
 @routine
-def list_active(kind, island, motion, count, active):
+def list_active(kind, island, rest, motion, count, active):
     """Note for each body whether it is active."""
     for i in range(count):
-        active[i] = is_active(kind, island, motion, i)
+        active[i] = is_active(kind, island, rest, motion, i)
 
 
 @routine
@@ -64,10 +66,13 @@ def fill_up(blocks, filled):
 
 
 @routine
-def wake_touched(a, b, live, number, body, kind, island, rest, active, count, marked):
+def wake_touched(
+    a, b, live, number, body, kind, island, rest, active, count, marked, island_before, rest_before
+):  # fmt: skip
     """Wake each island that has a contact with an active body. Returns how many bodies woke.
 
-    ``live`` lists the manifolds with points. ``marked`` (n,) is scratch, zero before and after.
+    ``live`` lists the manifolds with points. ``marked`` (n,) is scratch, zero before and after. ``island_before`` and ``rest_before`` (n,)
+    receive what the two were of those that wake.
     """
     found = False
     for s in range(number):
@@ -82,6 +87,7 @@ def wake_touched(a, b, live, number, body, kind, island, rest, active, count, ma
     woken = 0
     for i in range(count):
         if kind[i] == DYNAMIC and island[i] != AWAKE and marked[island[i]]:
+            island_before[i], rest_before[i] = island[i], rest[i]
             rest[i] = 0
             active[i] = 1
             woken += 1
@@ -121,7 +127,7 @@ def find_root(parent, i):
 def put_to_sleep(a, b, live, number, body, kind, island, rest, motion, active, count, parent, ready):
     """Let the islands sleep whose bodies have all rested for long enough. Returns how many bodies fell asleep.
 
-    ``parent`` (n,) int32 and ``ready`` (n,) uint8 are scratch.
+    ``parent`` (n,) int32 and ``ready`` (n,) uint8 are scratch, the latter zero before and after.
     """
     candidates = False
     for i in range(count):
@@ -155,4 +161,6 @@ def put_to_sleep(a, b, live, number, body, kind, island, rest, motion, active, c
                 active[i] = 0
                 for k in range(6):
                     motion[i, k] = 0
+    for i in range(count):
+        ready[i] = 0
     return asleep

@@ -18,6 +18,9 @@ STATIC, KINEMATIC, DYNAMIC = 0, 1, 2
 AWAKE = -1
 """Value of the column ``island`` for bodies that do not sleep."""
 
+CHANGED = -1.0
+"""Value of the column ``rest`` for static and kinematic bodies that were added, moved or given other properties since the last step."""
+
 KINDS = {"static": STATIC, "kinematic": KINEMATIC, "dynamic": DYNAMIC}
 
 
@@ -50,7 +53,7 @@ class Bodies(NamedTuple):
     locks: npt.NDArray[np.uint8]
     """(n,) bits 0–2: no motion along world x, y, z; bits 3–5: no rotation about them."""
     rest: npt.NDArray[np.floating]
-    """(n,) how long the body has been at rest [s]; kept where the world lets bodies sleep."""
+    """(n,) how long the body has been at rest [s], where the world lets bodies sleep; or CHANGED, which what sleeps there must notice."""
     island: npt.NDArray[np.int32]
     """(n,) AWAKE, or lowest row of the sleeping island that the body belongs to."""
     id: npt.NDArray[np.int64]

@@ -18,7 +18,7 @@ from atlasphys.engine.jit import kernel
 from atlasphys.engine.shapes.table import ShapeTable
 from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.arrays import copy_rows, with_capacity
-from atlasphys.engine.state.bodies import AWAKE, DYNAMIC, Bodies, empty_bodies
+from atlasphys.engine.state.bodies import AWAKE, CHANGED, DYNAMIC, Bodies, empty_bodies
 from atlasphys.engine.state.colliders import Colliders, empty_colliders
 from atlasphys.engine.state.contacts import Contacts, empty_contacts
 from atlasphys.engine.state.manifolds import IS_RECYCLABLE, PATCH_FRICTION, Manifolds, empty_manifolds
@@ -110,8 +110,6 @@ class State:
         """Whether columns of the bodies that follow from others are out of date."""
         self.forced = False
         """Whether forces or torques may act in the next step."""
-        self.sleepers_changed = False
-        """Whether bodies were woken or put to sleep since the last step."""
         self.slept: npt.NDArray[np.int32] = np.empty(0, np.int32)
         """Rows of the bodies that fell asleep in the last step."""
         self.woke: npt.NDArray[np.int32] = np.empty(0, np.int32)
@@ -161,12 +159,19 @@ class State:
         """Derive what follows from a new row's state and properties, and remember its state."""
         refresh(self.bodies, row, row + 1)
         self._remember(slice(row, row + 1))
+        if self.bodies.kind[row] != DYNAMIC:
+            self.bodies.rest[row] = CHANGED
 
     def take_over(self, column: str, row: int, part: slice) -> None:
         """Remember a checked change of one column, and wake the body. What else was written into the row stays noticeable."""
         self.stale = True
         self.wake(row)
         getattr(self.remembered, column)[row, part] = getattr(self.bodies, column)[row, part]
+
+    def changes_noticed(self) -> None:
+        """A step has been made since bodies were changed by hand."""
+        rest = self.bodies.rest[: self.count]
+        rest[rest == CHANGED] = 0
 
     def solver_changed(self) -> None:
         """Another solver goes on from here: friction counts for each pair as a whole, which all solvers read."""
@@ -184,14 +189,16 @@ class State:
         elif self.bodies.kind[row] == DYNAMIC:
             self.bodies.rest[row] = 0
             woken = island == (island[row] if island[row] != AWAKE else AWAKE - 1)
-        else:  # whatever rests on it
-            m, live = self.manifolds, slice(0, self.manifold_count)
-            beside = np.concatenate([m.b[live][m.a[live] == row], m.a[live][m.b[live] == row]])
+        else:  # whatever touches it, or will in the next step
+            self.bodies.rest[row] = CHANGED
+            m = self.manifolds
+            live = m.count[: self.manifold_count] > 0
+            a, b = m.a[: self.manifold_count][live], m.b[: self.manifold_count][live]
+            beside = np.concatenate([b[a == row], a[b == row]])
             woken = np.isin(island, np.setdiff1d(island[beside], [AWAKE]))
         if woken.any():
             island[woken] = AWAKE
             self.bodies.rest[: self.count][woken] = 0
-            self.sleepers_changed = True
 
     def properties_changed(self, row: int | None = None) -> None:
         """Forget what was derived from the properties of a body, or of all bodies: they have been changed."""
@@ -218,6 +225,7 @@ class State:
         for side in (old.a, old.b):
             side[: len(kept)] -= side[: len(kept)] > row
         self.began, self.ended = (_without(row, pairs) for pairs in (self.began, self.ended))
+        self.slept, self.woke = (_without(row, rows[:, None])[:, 0] for rows in (self.slept, self.woke))
         self._drop_unused_shapes()
 
     def _drop_unused_shapes(self) -> None:
@@ -277,6 +285,7 @@ class State:
         self.manifolds, self.manifold_count, self.next_manifolds, self.next_count = new, n, old, 0
         self.bodies.force[: self.count] = 0
         self.forced = False
+        self.changes_noticed()
         self.time, self.steps, self.last_h = self.time + h, self.steps + 1, h
         self.remember()
 
@@ -358,6 +367,6 @@ class State:
 
 
 def _without(row: int, pairs: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-    """The pairs that do not involve a removed row, renumbered."""
+    """The pairs (or lists of any length) that do not involve a removed row, renumbered."""
     kept = pairs[(pairs != row).all(axis=1)]
     return kept - (kept > row)

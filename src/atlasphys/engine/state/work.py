@@ -100,6 +100,9 @@ class Work(NamedTuple):
     """(n,) scratch of union–find."""
     ready: npt.NDArray[np.uint8]
     """(n,) scratch."""
+    island_before: npt.NDArray[np.int32]
+    rest_before: npt.NDArray[np.floating]
+    """(n,) ``Bodies.island`` and ``Bodies.rest`` of the bodies that were woken in this step, as they slept."""
     moves: npt.NDArray[np.uint8]
     """(n,) whether impulses move the body."""
     plane_side: npt.NDArray[np.int8]
