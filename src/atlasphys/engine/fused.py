@@ -49,6 +49,7 @@ from atlasphys.engine.state.work import (
     BOUNCES,
     BROKEN,
     CHECKED,
+    COLOURED,
     DETECT,
     DIVERGED,
     DONE,
@@ -551,7 +552,7 @@ def aim_contacts(bodies, constants, new, work, member):
 def strike_contacts(number, motion, inverse_mass, ease, work, member):
     """Pass ``number`` over all contacts, colour by colour. WRONG becomes that number if a bounce was not solved for yet."""
     starts = work.starts
-    for colour in range(COLOURS + 1):
+    for colour in range(work.status[COLOURED]):
         first, stop = share_of_colour(1, colour, starts, member)
         for block in range(first, stop):
             if strike(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, ease):
@@ -588,7 +589,7 @@ def bounce_contacts(bodies, constants, new, work, member):
 def start_contacts(motion, inverse_mass, work, member):
     """Apply the impulses that the last substep ended with."""
     starts = work.starts
-    for colour in range(COLOURS + 1):
+    for colour in range(work.status[COLOURED]):
         first, stop = share_of_colour(1, colour, starts, member)
         for block in range(first, stop):
             warm_start(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass)
@@ -609,7 +610,7 @@ def solve_contacts(relax, motion, inverse_mass, soft, work, member):
     """One pass over all contacts, colour by colour."""
     starts = work.starts
     counts = soft[0] - soft[0] + (1 if relax else 0)
-    for colour in range(COLOURS + 1):
+    for colour in range(work.status[COLOURED]):
         first, stop = share_of_colour(1, colour, starts, member)
         for block in range(first, stop):
             if relax:
@@ -859,7 +860,7 @@ def run_steps(
         colour_contacts(
             new.a, new.b, new.count, work.live, live, colliders.body, work.moves, work.used, work.colours, work.sizes
         )
-        block_ranges(work.sizes, work.starts)
+        status[COLOURED] = block_ranges(work.sizes, work.starts)
         status[BLOCKS_ONE], status[BLOCKS_MANY] = work.starts[0, COLOURS + 1], work.starts[1, COLOURS + 1]
         if len(work.blocks_one) < status[BLOCKS_ONE] or len(work.blocks_many) < status[BLOCKS_MANY]:
             return NEED_BLOCKS

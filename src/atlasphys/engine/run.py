@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import time
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +32,7 @@ from atlasphys.engine.state.blocks import INTEGERS
 from atlasphys.engine.state.bodies import CHANGED, DYNAMIC, KINEMATIC, STATIC
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
 from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
-from atlasphys.engine.state.state import State
+from atlasphys.engine.state.state import Environment, State, tolerances_of
 from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
@@ -79,9 +81,12 @@ LONGEST_CALL = 0.05
 """Time [s] that one compiled call should take at most, so that Ctrl-C is heard."""
 
 
-def constants(state: State, settings: SoftStep, h: float) -> Constants:
-    """The numbers of a run with steps of length h [s]."""
-    real, environment, tolerances = state.real.type, state.environment, state.tolerances
+@lru_cache(maxsize=64)
+def constants(
+    real: type[np.floating[Any]], environment: Environment, settings: SoftStep, h: float, last_h: float
+) -> Constants:
+    """The numbers of a run with steps of length h [s], after substeps of length ``last_h``, or 0."""
+    tolerances = tolerances_of(environment, real)
     sub = h / settings.substeps
     unit = environment.length_unit
     frequency = min(settings.contact_frequency, MOST_FREQUENCY / sub)
@@ -91,7 +96,7 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         *softness(STATIC_STIFFENING * frequency, settings.contact_damping, sub),
         settings.push_out_speed * unit,
     )
-    bounce = (environment.restitution_threshold, h, sub, float(tolerances.slop), FINEST[state.real.char])
+    bounce = (environment.restitution_threshold, h, sub, float(tolerances.slop), FINEST[np.dtype(real).char])
     recycling = (
         (settings.recycle_slip * unit) ** 2 if settings.contact_recycling else -1.0,
         (2 * math.sin(settings.recycle_turn / 4)) ** 2,
@@ -99,7 +104,7 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         float(tolerances.margin),
         settings.recycle_speed * unit * h,
     )
-    ratio = min(sub / state.last_h, MOST_GROWTH) if state.last_h > 0 else 1.0
+    ratio = min(sub / last_h, MOST_GROWTH) if last_h > 0 else 1.0
     ratio = ratio if settings.warm_starting else 0.0
     return Constants(
         h=real(sub),
@@ -140,6 +145,8 @@ class Workspace:
         self.work.status[OLD_ROWS] = state.manifold_count
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
         self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
+        self.pace = 1
+        """Steps that a compiled call may make, for it to return soon enough."""
 
 
 def empty_work(state: State) -> Work:
@@ -275,7 +282,7 @@ def grow_blocks(state: State) -> None:
 def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     """Advance ``state`` by ``steps`` steps of h seconds. If one of them goes wrong, the state is that before it, and an error is raised."""
     settings = pipeline.solver_settings
-    values = constants(state, settings, h)
+    values = constants(state.real.type, state.environment, settings, h, state.last_h)
     shapes, margin, keeps = state.table.arrays, state.tolerances.margin, pipeline.broadphase == "tree"
     profile = Profile()
     written = state.stale
@@ -300,7 +307,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     if len(space.work.lanes.queue) < pipeline.threads:
         space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, KINDS, state.real))
     changed = bool((state.bodies.rest[: state.count] == CHANGED).any())
-    wanted = chunk = 1
+    wanted = 1 if changed or values.ratio != 1 else min(steps, space.pace)
     completed, began = 0, time.perf_counter()
     try:
         while True:
@@ -328,9 +335,12 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
             elif answer == DIVERGED:
                 raise DivergedError(state.diverged_rows().tolist())
             elif wanted < steps:
-                if time.perf_counter() - start < LONGEST_CALL / 2:
-                    chunk *= 2
-                wanted = min(steps, wanted + chunk)
+                taken = time.perf_counter() - start
+                if taken < LONGEST_CALL / 2:
+                    space.pace *= 2
+                elif taken > LONGEST_CALL:
+                    space.pace = max(space.pace // 2, 1)
+                wanted = min(steps, wanted + space.pace)
                 if settings.warm_starting:
                     values = values._replace(ratio=type(values.ratio)(1))
             else:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -86,6 +87,12 @@ def non_finite_rows(bodies, count, rows):
     return found
 
 
+@lru_cache(maxsize=64)
+def tolerances_of(environment: Environment, real: type[np.floating[Any]]) -> Tolerances:
+    """Tolerances in a precision."""
+    return Tolerances(*(real(value) for value in tolerances(environment.length_unit)))
+
+
 class State:
     """Tables of bodies, colliders, shapes and manifolds, and the clock.
 
@@ -134,8 +141,7 @@ class State:
     @property
     def tolerances(self) -> Tolerances:
         """Tolerances in this state's precision."""
-        real = self.real.type
-        return Tolerances(*(real(value) for value in tolerances(self.environment.length_unit)))
+        return tolerances_of(self.environment, self.real.type)
 
     # Rows ------------------------------------------------------------------------------------------------------------
 

@@ -37,6 +37,7 @@ LIVE = 24  # manifolds with points between bodies of which one is active
 LEFT = 25  # some body has left its fat box
 WRONG = 26  # the last pass over bouncing contacts in which one was not solved for yet
 BROKEN = 27  # some number of the step is not finite
+COLOURED = 28  # colours of contacts up to the last that is in use
 ENTRIES = 32
 
 # Values of PHASE
