@@ -28,7 +28,7 @@ from atlasphys.engine.manifold.recycle import (
 from atlasphys.engine.manifold.reduce import reduce_points
 from atlasphys.engine.manifold.renew import renew
 from atlasphys.engine.math import vec
-from atlasphys.engine.narrowphase.apart import INEXACT, add_travel, carry_expiry
+from atlasphys.engine.narrowphase.apart import add_travel, carry_expiry
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call
@@ -393,8 +393,7 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
         if contacts.gap[i] > 0:
             p = work.generic[i]
             a, b = work.pair_bodies[p // LANES, 0, p % LANES], work.pair_bodies[p // LANES, 1, p % LANES]
-            size = INEXACT * (work.extent[a] + work.extent[b])
-            work.expiry[p] = work.travel[a] + work.travel[b] + contacts.gap[i] - size
+            work.expiry[p] = work.travel[a] + work.travel[b] + contacts.gap[i]
     for start in range(0, number, LANES):
         filled = min(LANES, number - start)
         for lane in range(LANES):

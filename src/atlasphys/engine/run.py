@@ -134,9 +134,7 @@ class Workspace:
         n = state.count
         bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
         self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]
-        self.work.extent[:n] = bounds[:, BOUNDING_RADIUS] + np.sqrt(
-            (state.bodies.local_center[:n].astype(float) ** 2).sum(axis=1)
-        )
+        self.work.extent[:n] = state.table.arrays.extent[state.colliders.shape[:n]]
         self.work.status[OLD_ROWS] = state.manifold_count
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
         self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
