@@ -121,13 +121,17 @@ def rigid_toppling_spin(count: int) -> float:
 
 
 def on_platform(height: float, friction: float, settings: ap.SoftStep, start: float, gives_way: str) -> float:
-    """The slope [degrees] at which a block slips by 1 mm, or tips by 1°, on a platform that turns by 0.2 degrees a second."""
-    world = ap.World(preset="default", solver=settings, sleeping=False)
+    """The slope [degrees] at which a block slips by 1 mm, or tips by 1°, on a slab that lies on a platform which turns by 0.2 degrees a second.
+
+    (Contacts with a kinematic body that turns are never recycled, hence the slab.)
+    """
+    world = ap.World(preset="default", solver=settings, sleeping=False, friction_combine="min")
     angle = math.radians(start)
     turned, up = (math.cos(angle / 2), 0, 0, math.sin(angle / 2)), np.array([-math.sin(angle), math.cos(angle), 0])
-    platform = world.add(ap.Box(size=(20, 1, 4)), orientation=turned, kind="kinematic", friction=friction)
+    platform = world.add(ap.Box(size=(20, 1, 4)), orientation=turned, kind="kinematic", friction=2)
+    world.add(ap.Box(size=(4, 0.5, 4)), position=0.75 * up, orientation=turned, friction=2)
     block = world.add(
-        ap.Box(size=(1, height, 1)), position=(0.5 + 0.5 * height) * up, orientation=turned, friction=friction
+        ap.Box(size=(1, height, 1)), position=(1 + 0.5 * height) * up, orientation=turned, friction=friction
     )
     platform.angular_velocity = (0, 0, math.radians(0.2))
 

@@ -175,8 +175,11 @@ def test_doctor_shows_versions(capsys):
         (["run", "tower", "--dt", "0"], "--dt must be"),
         (["run", "tower", "--dt", "1e-300"], "must be at most 1,000,000,000 steps"),
         (["run", "tower", "--dt", "100", "--seconds", "1000"], "dt must be a number from"),
-        (["run", "tower", "--solver", "magic"], "solver must be one of 'sequential_impulse' (got 'magic')"),
-        (["run", "tower", "--preset", "magic"], "preset must be one of 'classic'"),
+        (
+            ["run", "tower", "--solver", "magic"],
+            "solver must be one of 'soft_step', 'sequential_impulse' (got 'magic')",
+        ),
+        (["run", "tower", "--preset", "magic"], "preset must be one of 'default', 'classic'"),
         (["run", "tower", "--threads", "0"], "threads must be"),
         (["run", "tower", "--sceonds", "1"], "--sceonds"),
         (["rnu", "tower"], "rnu"),

@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.jit import allocating_kernel as kernel
+from atlasphys.engine.jit import allocating_routine as routine
 from atlasphys.engine.shapes.box import Box
 from atlasphys.engine.shapes.capsule import Capsule
 from atlasphys.engine.shapes.cone import Cone

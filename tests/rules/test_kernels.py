@@ -44,7 +44,20 @@ DOUBLE_PRODUCTS = {
 
 CALLS = re.compile(r"^\s*(?:%\S+ = )?(?:\w+ )?(?:call|invoke) [^@(]*@\"?([\w.$]+)", re.MULTILINE)
 
-HARMLESS = ("_ZN", "Py", "_Py", "NRT_", "numba_", "llvm.mem", "llvm.lifetime.", "llvm.masked.", "llvm.x86.atomic.")
+HARMLESS = (
+    "_ZN",
+    "Py",
+    "_Py",
+    "NRT_",
+    "numba_",
+    "llvm.mem",
+    "llvm.lifetime.",
+    "llvm.masked.",
+    "llvm.x86.atomic.",
+    "llvm.x86.sse2.pause",
+    "atlasphys_",
+)
+"""Beginnings of names of what does no arithmetic; ``atlasphys_``: waiting and clocks of threads (simd/atomic.py)."""
 EXACT = re.compile(
     r"sqrtf?|llvm\.(sqrt|rint|fabs|copysign|[su]?(min|max)|ctpop|cttz|ctlz|abs|[su](add|sub|mul)\.with\.overflow)\..*"
 )

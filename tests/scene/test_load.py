@@ -115,7 +115,7 @@ shape = { type = "sphere", radius = 1 }
         scene.build()
     lines = str(error.value).splitlines()
     assert [line.split(": ")[0] for line in lines] == ["scene.toml:3", "scene.toml:4", "scene.toml:10", "scene.toml:12"]
-    assert "world.solver: must be one of 'sequential_impulse'" in lines[0]
+    assert "world.solver: must be one of 'soft_step', 'sequential_impulse'" in lines[0]
     assert "bodies[0]: " in lines[1]
     assert "mass" in lines[1]
     assert "bodies[1].position: must be" in lines[2]

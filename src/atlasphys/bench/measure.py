@@ -292,7 +292,7 @@ def compare(results: list[Result]) -> None:
 
 
 def memory(names: Sequence[str], plan: Plan, report: Report = lambda _: None, scene: str = "boxes_5000_walls") -> Any:
-    """Memory per body of a pile after a second, beyond the same engine's with a pile of eight [bytes].
+    """Memory per body of a settled pile, beyond what the same process had with a pile of eight [bytes].
 
     Raises:
         InvalidArgumentError: the operating system does not tell.
@@ -309,7 +309,7 @@ def memory(names: Sequence[str], plan: Plan, report: Report = lambda _: None, sc
                 sizes = []
                 for built in (small, pile):
                     worker.ask("build", built)
-                    worker.ask("run", round(1.0 / DT))
+                    worker.ask("run", plan.of(built)[0])
                     sizes.append(worker.ask("memory"))
             beyond = sizes[1] - sizes[0]
             row |= {"empty_bytes": sizes[0], "bytes_per_body": round(beyond / len(pile.bodies)), "fault": ""}

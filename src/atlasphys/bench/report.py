@@ -47,7 +47,9 @@ def summary(results: Iterable[Result]) -> dict[str, Any]:
 def print_results(results: Sequence[Result], threads: int) -> None:
     """Print a table a scene, and below them why results do not count, and the means."""
     console = Console(highlight=False)
-    console.print(f"ms per step, {_threads(threads)}; ratio: time against that of AtlasPhys (above 1: slower)\n")
+    console.print(
+        f"ms per step, {_threads(threads)}; ratio: time against that of AtlasPhys (above 1: slower);\ndrift and deepest penetration in mm\n"
+    )
     for scene in dict.fromkeys(result.scene for result in results):
         console.print(_table(scene, [result for result in results if result.scene == scene]))
     for result in results:
@@ -61,10 +63,10 @@ def print_results(results: Sequence[Result], threads: int) -> None:
 
 
 def _table(scene: str, results: Sequence[Result]) -> Table:
-    title = f"[bold]{scene}[/bold], {results[0].bodies} bodies"
+    title = f"[bold]{scene}[/bold], {results[0].bodies} bod{'y' if results[0].bodies == 1 else 'ies'}"
     table = Table(title=title, title_justify="left", title_style="", box=SIMPLE_HEAD, pad_edge=False, padding=0)
     table.add_column("engine", width=10)
-    for name in ("median", "least", "CPU", "ratio", "of least", "drift mm", "deep mm"):
+    for name in ("median", "least", "CPU", "ratio", "of least", "drift", "depth"):
         table.add_column(name, justify="right", width=8)
     table.add_column("stands", justify="right", width=7)
     ours = _ours(results, scene)
@@ -82,7 +84,7 @@ def _table(scene: str, results: Sequence[Result]) -> Table:
 
 def print_rows(title: str, rows: Sequence[dict[str, Any]]) -> None:
     """Print plain rows as a table."""
-    table = Table(*rows[0], title=title, title_justify="left", header_style="bold")
+    table = Table(*rows[0], title=title, title_justify="left", header_style="bold", box=SIMPLE_HEAD, pad_edge=False)
     for row in rows:
         table.add_row(*(_text(value) for value in row.values()))
     Console(highlight=False).print(table, markup=False)
@@ -98,7 +100,7 @@ def write_csv(path: Path, rows: Sequence[dict[str, Any]]) -> Path:
 
 
 def plot_ratios(path: Path, results: Sequence[Result], threads: int) -> Path:
-    """Draw how much longer each peer takes than AtlasPhys, a bar each on a logarithmic scale; answers that are wrong are hollow."""
+    """Draw how much longer each peer takes than AtlasPhys, a bar each on a logarithmic scale; hollow where either is wrong."""
     pyplot = _pyplot()
     scenes = list(dict.fromkeys(result.scene for result in results))
     engines = [name for name in PEERS if name != OURS and any(result.engine == name for result in results)]
@@ -115,15 +117,10 @@ def plot_ratios(path: Path, results: Sequence[Result], threads: int) -> Path:
             if ratio is None:
                 axes.text(1.0, y, " failed", va="center", fontsize=7, color=COLORS[name])
                 continue
-            style = (
-                {"color": COLORS[name]}
-                if result.stands
-                else {"color": "white", "edgecolor": COLORS[name], "hatch": "////"}
-            )
+            hollow = {"color": "white", "edgecolor": COLORS[name], "hatch": "////"}
+            style = {"color": COLORS[name]} if ours and result.stands else hollow
             axes.barh(y, ratio - 1, left=1, height=0.9 * height, **style)
-            words = f"{ratio:.2g}" if ratio < 99.5 else f"{ratio:.0f}"
-            words += "" if result.stands else " fell"
-            words += "" if ours else ", AtlasPhys fell"
+            words = (f"{ratio:.2g}" if ratio < 99.5 else f"{ratio:.0f}") + " fell" * (not result.stands)
             outward = ratio >= 1
             axes.text(ratio, y, f" {words} ", va="center", ha="left" if outward else "right", fontsize=7, color="black")
     axes.set_xscale("log")
@@ -166,7 +163,10 @@ def plot_scaling(path: Path, results: Sequence[Result]) -> Path:
                 axes.scatter(bodies, times, c=faces, edgecolors=COLORS[name], zorder=3)
         axes.set_xscale("log")
         axes.set_yscale("log")
+        axes.xaxis.set_major_formatter(lambda value, _: f"{value:,.0f}")
+        axes.xaxis.set_minor_formatter(lambda value, _: "")
         axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        axes.yaxis.set_minor_formatter(lambda value, _: "")
         axes.set_title(family)
         axes.set_xlabel("bodies")
         axes.grid(which="both", alpha=0.2)
@@ -200,7 +200,8 @@ def _label(results: Sequence[Result], scene: str) -> str:
     """A scene with the time that AtlasPhys takes."""
     for result in results:
         if result.scene == scene and result.engine == OURS and result.wall:
-            return f"{scene}\n{1e3 * statistics.median(result.wall):.3g} ms"
+            fell = "" if result.stands else ", AtlasPhys fell"
+            return f"{scene}\n{1e3 * statistics.median(result.wall):.3g} ms{fell}"
     return scene
 
 

@@ -25,15 +25,16 @@ def available_cpus() -> int:
 
 
 class Team:
-    """The threads of calls: the caller and ``threads`` − 1 helpers. In ``with team as sync`` one call may be made, with that ``sync``."""
+    """The threads of calls: the caller and ``threads`` − 1 helpers. In ``with team as sync`` one call may be made, with that ``sync``; after it
+    the team goes back to the list ``home``."""
 
-    def __init__(self, threads: int) -> None:
+    def __init__(self, threads: int, home: list[Team]) -> None:
         self.threads = threads if IS_COMPILED else 1
         self.sync: npt.NDArray[np.int64] = aligned_zeros((SYNC_LENGTH,), np.int64)
         self.sync[THREADS] = self.threads
         self._called = threading.Event()
         self._helpers: list[threading.Thread] = []
-        self._home: list[Team] = []
+        self._home = home
         if self.threads > 1:
             close_call(self.sync)
             self._start()
@@ -83,9 +84,7 @@ def lend_team(threads: int) -> Team:
     try:
         return home.pop()
     except IndexError:
-        team = Team(min(threads, available_cpus()))
-        team._home = home
-        return team
+        return Team(min(threads, available_cpus()), home)
 
 
 def _forget() -> None:

@@ -54,7 +54,7 @@ class Recorder:
     ...         recorder.record()
     >>> with ap.Recording(path) as recording:
     ...     print(len(recording), recording.body("ball").positions[-1, 1])
-    3 2.98365
+    3 2.98672
     """
 
     def __init__(self, path: str | os.PathLike[str], world: World, scene: Scene | None = None) -> None:

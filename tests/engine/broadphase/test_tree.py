@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import atlasphys as ap
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.broadphase.bvh import HILBERT, Tree, overlapping, refit, store_interval
-from atlasphys.engine.broadphase.fat_boxes import has_left, room_left
+from atlasphys.engine.broadphase.fat_boxes import has_left, near, room_left
 from atlasphys.engine.broadphase.pair_list import merge_pairs, sort_pairs
 from atlasphys.engine.broadphase.tree import FatTree, in_blocks
 from atlasphys.engine.jit import kernel
@@ -34,8 +34,8 @@ SHAPES = [
 
 
 @kernel
-def any_left(rows, center, geometry, bound, fat_center, half, margin, offset, room):
-    return has_left(rows, center, geometry, bound, fat_center, half, margin, offset, room)
+def any_left(rows, center, geometry, fat, margin, offset, room):
+    return has_left(0, len(rows), rows, center, geometry, fat, margin, offset, room)
 
 
 @kernel
@@ -44,8 +44,13 @@ def hits(block, nodes, box):
 
 
 @kernel
-def rooms(block, rows, geometry, bound, half, offset, margin, room):
-    return room_left(block, rows, geometry, bound, half, offset, margin, room)
+def rooms(block, rows, geometry, bound, half, offset, margin, room, reach):
+    return room_left(block, rows, geometry, bound, half, offset, margin, room, reach)
+
+
+@kernel
+def near_pairs(block, pair_bodies, reach, gap):
+    return near(block, pair_bodies, reach, gap)
 
 
 @kernel
@@ -92,8 +97,8 @@ def update(tree, state):
 def left(tree, state):
     bodies, fat = state.bodies, tree.fat
     real = fat.half.dtype
-    offset, room = np.zeros((3, LANES), real), np.zeros((len(tree.rows), LANES), real)
-    return any_left(tree.rows, bodies.center, bodies.geometry, fat.bound, fat.center, fat.half, MARGIN, offset, room)
+    offset, room = np.zeros((6, LANES), real), np.zeros((len(tree.rows), LANES), real)
+    return any_left(tree.rows, bodies.center, bodies.geometry, fat, MARGIN, offset, room)
 
 
 def move(state, rng, h=H):
@@ -356,16 +361,17 @@ def test_room_left_equals_its_numpy_reading(real):
     for seed in range(30):
         rows = np.random.default_rng(seed).integers(0, 20, (1, 8)).astype(np.int32)
         geometry = awkward(real, 40, seed).reshape(20, 16)
-        bound, half, offset = awkward(real, 20, seed + 1), abs(awkward(real, 20, seed + 2)), awkward(real, 3, seed + 3)
+        bound, half, offset = awkward(real, 20, seed + 1), abs(awkward(real, 20, seed + 2)), awkward(real, 6, seed + 3)
         if seed % 2:  # numbers of which some bodies are inside
             geometry, bound = np.nan_to_num(geometry).clip(-1, 1), np.nan_to_num(bound).clip(-1, 1)
             half, offset = np.full_like(half, 6), np.nan_to_num(offset).clip(-1, 1)
-        rooms_of = [np.zeros((1, 8), real) for _ in range(2)]
+        rooms_of, reaches = ([np.zeros((number, 8), real) for _ in range(2)] for number in (1, 20))
         answers = [
-            function(0, rows, geometry, bound, half, offset, 0.02, room)
-            for function, room in zip((rooms, rooms.py_func), rooms_of, strict=True)
+            function(0, rows, geometry, bound, half, offset, 0.02, room, reach)
+            for function, room, reach in zip((rooms, rooms.py_func), rooms_of, reaches, strict=True)
         ]
         np.testing.assert_array_equal(*map(bits, rooms_of))
+        np.testing.assert_array_equal(*map(bits, reaches))
         assert answers[0] == answers[1] == bool((rooms_of[0] < 0).any())
 
 
@@ -378,9 +384,12 @@ def test_room_left_is_what_lies_between_body_and_box(real):
     state.bodies.position[: state.count] += rng.normal(size=(state.count, 3)) * 0.05
     derive(state)
     for block, rows in enumerate(in_blocks(tree.parts.moving)):
-        room = np.zeros((len(tree.rows), 8), real)
-        offset = (state.bodies.center[rows] - tree.fat.center[rows]).T.astype(real).copy()
-        answer = rooms(block, tree.rows, state.bodies.geometry, tree.fat.bound, tree.fat.half, offset, MARGIN, room)
+        room, reach = np.zeros((len(tree.rows), 8), real), tree.fat.reach
+        center = state.bodies.center[rows]
+        offset = np.ascontiguousarray(np.concatenate([center - tree.fat.center[rows], center], axis=1).T, real)
+        answer = rooms(
+            block, tree.rows, state.bodies.geometry, tree.fat.bound, tree.fat.half, offset, MARGIN, room, reach
+        )
         assert answer == (room[block] < 0).any()
         for lane, row in enumerate(rows):
             middle, half = tree.fat.center[row], tree.fat.half[row, :3].astype(float)
@@ -390,6 +399,30 @@ def test_room_left_is_what_lies_between_body_and_box(real):
             assert room[block, lane] <= np.min(sides) + 1e-6
             if exact:
                 np.testing.assert_allclose(room[block, lane], np.min(sides), atol=1e-5)
+                np.testing.assert_allclose(reach[row, :3], state.colliders.lower[row], atol=1e-5)
+                np.testing.assert_allclose(reach[row, 3:6], state.colliders.upper[row], atol=1e-5)
+            assert (reach[row, :3] <= state.colliders.lower[row]).all()
+            assert (reach[row, 3:6] >= state.colliders.upper[row]).all()
+
+
+@pytest.mark.parametrize("real", [np.float32, np.float64])
+def test_tight_boxes_that_touch(real):
+    rng = np.random.default_rng(3)
+    seen = set()
+    for _ in range(60):
+        reach = np.zeros((12, 8), real)
+        reach[:, :3] = rng.integers(-3, 3, (12, 3))
+        reach[:, 3:6] = reach[:, :3] + rng.integers(0, 4, (12, 3))  # touching counts
+        reach[11] = (-np.inf,) * 3 + (np.inf,) * 3 + (0, 0)  # a plane
+        pair_bodies = rng.integers(0, 12, (1, 2, 8)).astype(np.int32)
+        a, b = reach[pair_bodies[0]]
+        touch = ((a[:, :3] <= b[:, 3:6]) & (b[:, :3] <= a[:, 3:6])).all(axis=1)
+        gap, read = np.zeros((2, 1, 8), reach.dtype)
+        answer = near_pairs(0, pair_bodies, reach, gap)
+        assert answer == near_pairs.py_func(0, pair_bodies, reach, read) == sum(1 << k for k in range(8) if touch[k])
+        np.testing.assert_array_equal(gap, read)
+        seen |= set(touch.tolist())
+    assert seen == {True, False}
 
 
 def test_fast_and_spinning_bodies_keep_their_boxes_for_some_steps():

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from atlasphys.engine.jit import kernel
+from atlasphys.engine.jit import allocating_kernel as kernel
 from atlasphys.engine.math import vec
 from atlasphys.engine.narrowphase.epa import polytope_scratch
 from atlasphys.engine.narrowphase.pair import place

@@ -105,7 +105,7 @@ def test_polyhedra_are_listed_with_their_own_rows(real):
 
 def test_an_empty_table_and_a_pickled_one():
     empty = ShapeTable(np.float64).arrays
-    assert [len(array) for array in empty] == [0] * 7
+    assert [len(array) for array in empty] == [0] * len(empty)
     shapes = ShapeTable(np.float32, SOLIDS)
     twin = pickle.loads(pickle.dumps(shapes))
     assert twin.shapes == shapes.shapes

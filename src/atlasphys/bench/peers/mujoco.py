@@ -1,8 +1,9 @@
 """MuJoCo (double precision).
 
-Its defaults: Euler integration, the Newton solver, elliptic or pyramidal cones and soft contacts as they come. Fixed here: the time step, which is
-longer than what it is made for (2 ms); sleeping is off by default. Of two coefficients of friction the larger counts. The ground is a
-plane. Above one thread the simulation has a thread pool of that size. A turn is one native call for all of its steps.
+Its defaults: Euler integration, the Newton solver, pyramidal cones, soft contacts; sleeping is off. Fixed here: the time step, which is longer
+than what it is made for (2 ms); the size of its arena, for what it reserves by itself grows with the square of the number of bodies. Of two
+coefficients of friction the larger counts. The ground is a plane. Above one thread the simulation has a thread pool of that size. A turn
+is one native call for all of its steps.
 """
 
 from __future__ import annotations
@@ -18,6 +19,10 @@ TO_Y = (0.5**0.5, -(0.5**0.5), 0.0, 0.0)
 """The rotation that takes z, along which MuJoCo's planes look and its capsules lie, to y."""
 
 
+ARENA, LEAST_ARENA, MOST_ARENA = 4e5, 2.5e8, 8e9
+"""Bytes of MuJoCo's arena per body, at least and at most; they are reserved, not used."""
+
+
 class MuJoCo:
     """A scene in a model whose bodies all have free joints."""
 
@@ -28,6 +33,7 @@ class MuJoCo:
         spec = mujoco.MjSpec()
         spec.option.timestep = DT
         spec.option.gravity = (0, -GRAVITY, 0)
+        spec.memory = round(min(max(ARENA * len(scene.bodies), LEAST_ARENA), MOST_ARENA))
         self._spec, self._meshes = spec, dict[Shape, str]()
         if scene.ground:
             spec.worldbody.add_geom(

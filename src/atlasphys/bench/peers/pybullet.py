@@ -1,9 +1,9 @@
 """PyBullet, without a display (double precision).
 
 Its defaults: bodies of the multibody kind, 50 iterations, damping of 0.04, which for a body that falls is air that it cannot pass at more than
-16 m/s; so there, and only there, damping is 0. Fixed here: the time step; bodies do not sleep, by default. It multiplies coefficients of friction:
-each is √0.5, so that contacts have 0.5. It takes masses, not densities, and moments of inertia from a shape's bounds. The package has no threads in
-this mode and no call for many steps: the loop is Python's.
+16 m/s; so there, and only there, damping is 0. Fixed here: the time step; bodies do not sleep, by default. It multiplies coefficients of
+friction: each is √0.5, so that contacts have 0.5. It takes masses, not densities, and moments of inertia from a shape's bounds. The package
+has no threads in this mode and no call for many steps: the loop is Python's.
 """
 
 from __future__ import annotations

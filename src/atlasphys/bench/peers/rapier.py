@@ -2,7 +2,7 @@
 
 Its defaults: 4 solver iterations, contacts of 30 Hz, simplified friction, contact recycling and clustering. Fixed here: bodies cannot sleep;
 the world has a pool of as many threads as are asked for. The ground is a half-space. Friction coefficients are averaged: 0.5 and 0.5
-make 0.5. Its package has no call for many steps: the loop is Python's, about 0.1 µs a step.
+make 0.5. Its package has no call for many steps: the loop is Python's.
 """
 
 from __future__ import annotations

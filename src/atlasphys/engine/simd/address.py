@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 from llvmlite import ir
@@ -15,19 +16,21 @@ types: Any = _types  # Numba's own annotations are incomplete
 _I64 = ir.IntType(64)
 _CALLED = ir.FunctionType(_I64, [_I64] * 4)
 
-_python_calls: dict[int, Any] = {}
+_python_calls: dict[int, tuple[Any, Any]] = {}  # of each thread, the last
 
 
 def address_call(routine: Any, arguments: Any) -> tuple[int, int]:
     """Two addresses, of code and of data, with which ``call_address`` calls ``routine(arguments, i, j, k)``. They hold until the function that asks
     for them returns. ``arguments`` is a tuple, the other three are integers."""
-    _python_calls[id(routine)], _python_calls[id(arguments)] = routine, arguments
-    return id(routine), id(arguments)
+    thread = threading.get_ident()
+    _python_calls[thread] = routine, arguments
+    return thread, 0
 
 
 def call_address(code: int, data: int, i: int, j: int, k: int) -> int:
     """Call what ``address_call`` was given. Returns 1 if it raised an exception, else 0."""
-    _python_calls[code](_python_calls[data], i, j, k)
+    routine, arguments = _python_calls[code]
+    routine(arguments, i, j, k)
     return 0
 
 

@@ -11,6 +11,7 @@ from atlasphys.engine.simd import (
     full,
     gather,
     load,
+    maximum,
     scatter,
     select,
     simd_kernel,
@@ -131,7 +132,10 @@ def tumble(block, rows, motion, geometry, mass, frame, inverse_mass, h):
     free = at[3] > 0
     spin = m[3:6]
     zero = full(spin[0], 0)
-    inertia, inverse = [select(free, own[2 + k], 1) for k in range(3)], [select(free, own[5 + k], 1) for k in range(3)]
+    # Moments relative to the greatest: products of three of them stay within single precision's range, whatever the body's size.
+    greatest = select(free, maximum(own[2], maximum(own[3], own[4])), 1)
+    inertia = [select(free, own[2 + k] / greatest, 1) for k in range(3)]
+    inverse = [select(free, own[5 + k] * greatest, 1) for k in range(3)]
     to_world = quat_mul(pose[4:8], at[4:8])
     axes = quat_matrix(quat_unit(to_world))
     w = start = vec.mat_transpose_mul_vec(axes, spin)
@@ -153,13 +157,14 @@ def tumble(block, rows, motion, geometry, mass, frame, inverse_mass, h):
     after = quat_matrix(quat_unit(quat_mul(cayley(turn), to_world)))
     # L is kept in world axes; round-off in the axes has a bias in energy, which is taken out.
     kept = vec.mat_transpose_mul_vec(after, vec.mat_mul_vec(axes, momentum))
-    now = tuple(inverse[k] * kept[k] for k in range(3))
+    spun = vec.mat_mul_vec(after, tuple(inverse[k] * kept[k] for k in range(3)))
+    now = vec.mat_transpose_mul_vec(after, spun)
     energy = inertia[0] * now[0] * now[0] + inertia[1] * now[1] * now[1] + inertia[2] * now[2] * now[2]
     before = inertia[0] * start[0] * start[0] + inertia[1] * start[1] * start[1] + inertia[2] * start[2] * start[2]
     excess = energy - before
     share = select(absolute(excess) < energy, -0.5 * excess / energy, zero)
-    spun = vec.mat_mul_vec(after, vec.add_scaled(now, now, share))
-    turned = rotated_diagonal(after, inverse)
+    spun = vec.add_scaled(spun, spun, share)
+    turned = rotated_diagonal(after, [select(free, own[5 + k], 1) for k in range(3)])
     tensor = [select(free, turned[k], inverse_row[k]) for k in range(6)]
     scatter(inverse_mass, row, (*tensor, *inverse_row[6:16]))
     advance(row, motion, geometry, m, pose, vec.select_vec(free, spun, spin), turn, h)

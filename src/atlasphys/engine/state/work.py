@@ -65,7 +65,7 @@ class Lanes(NamedTuple):
     features: npt.NDArray[np.int32]
     """(4, 8) features of last step's points."""
     gap: npt.NDArray[np.floating]
-    """(1, 8) how far apart tight boxes are, see broadphase/fat_boxes.py."""
+    """(2, 8) first row: how far apart tight boxes are, see broadphase/fat_boxes.py."""
     moved: npt.NDArray[np.floating]
     """(8, 8) see solvers/body_block.py."""
     queue: npt.NDArray[np.int32]
@@ -172,7 +172,7 @@ def empty_lanes(threads: int, kinds: int, real: npt.DTypeLike) -> Lanes:
         tags=block(8, np.int32),
         materials=block(4, real),
         features=block(4, np.int32),
-        gap=block(1, real),
+        gap=block(2, real),
         moved=block(8, real),
         queue=block(even, np.int32),
         queued=aligned_zeros((threads, even * LANES), np.int32),
