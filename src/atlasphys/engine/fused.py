@@ -30,8 +30,9 @@ from atlasphys.engine.manifold.renew import renew
 from atlasphys.engine.math import vec
 from atlasphys.engine.narrowphase.apart import add_travel, carry_expiry
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
+from atlasphys.engine.narrowphase.layout import lay_out
 from atlasphys.engine.simd import LANES
-from atlasphys.engine.simd.address import address_call
+from atlasphys.engine.simd.address import address_call, call_address
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
 from atlasphys.engine.solvers.locked import follow_turn
@@ -51,6 +52,7 @@ from atlasphys.engine.state.work import (
     DETECT,
     DIVERGED,
     DONE,
+    EDGE_LIMIT,
     ENDED,
     FINISHED,
     FORCES,
@@ -73,6 +75,7 @@ from atlasphys.engine.state.work import (
     SLEEPERS_CHANGED,
     SLEEPS,
     SLEPT,
+    SLOTS,
     STEP,
     TAKE_GENERIC,
     TUMBLING,
@@ -83,13 +86,13 @@ from atlasphys.engine.state.work import (
 from atlasphys.engine.team import CODE, DATA, do_task, meet, member_of, share
 
 # Tasks of a team (team.py)
-LOOK, COLLIDE, ADVANCE, REMEMBER = range(1, 5)
+LOOK, COLLIDE, COLLIDE_GENERIC, ADVANCE, REMEMBER = range(1, 6)
 
 CHUNK = 128
 """Pairs that a thread collides at a stretch; whole blocks."""
 
 # Least work that a thread is asked to help with: blocks of bodies, pairs, blocks of contacts.
-BODIES_EACH, PAIRS_EACH, CONTACTS_EACH = 64, 256, 64
+BODIES_EACH, PAIRS_EACH, GENERIC_EACH, CONTACTS_EACH = 64, 256, 8, 64
 
 FEW_BLOCKS = 8
 """Below so many blocks, a colour is done by one thread."""
@@ -218,7 +221,7 @@ def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, la
 
 @routine
 def enqueue(p, bodies, colliders, shapes, constants, old, new, work, lanes):
-    """Have a pair collided: once eight of its kind wait, or later by a routine that Python calls."""
+    """Have a pair collided: once eight of its kind wait, or later by another routine."""
     kind = work.kinds[p]
     if kind == GENERIC_KIND:
         work.generic[p] = 1
@@ -376,7 +379,7 @@ def detect_range(first, stop, bodies, colliders, shapes, constants, reach, old, 
 
 @routine
 def list_generic(work):
-    """Turn ``generic`` from marks at the pairs that are left to Python into a list of them."""
+    """Turn ``generic`` from marks at pairs into a list of them."""
     number = 0
     for p in range(work.status[PAIRS]):
         if work.generic[p]:
@@ -386,8 +389,44 @@ def list_generic(work):
 
 
 @routine
+def lay_out_generic(colliders, shapes, contacts, work):
+    """Sort the pairs that no body over lanes collides by their routines. Returns whether there is room for their contacts, and all routines' addresses
+    are known."""
+    status, number = work.status, work.status[GENERIC]
+    status[SLOTS] = 0
+    if number > len(contacts.a):
+        return False
+    for i in range(number):
+        p = work.generic[i]
+        work.generic_pairs[i, 0], work.generic_pairs[i, 1] = work.pairs[p, 0], work.pairs[p, 1]
+    status[SLOTS] = lay_out(
+        work.generic_pairs[:number], colliders.shape, shapes.layout, work.routines, status[EDGE_LIMIT], contacts,
+        work.generic_routine, work.generic_rows, work.generic_starts,
+    )  # fmt: skip
+    ready = status[SLOTS] <= len(contacts.depth)
+    for k in range(len(work.calls) - 1):
+        ready = ready and (work.calls[k] != 0 or work.generic_starts[k] == work.generic_starts[k + 1])
+    return ready
+
+
+@routine
+def collide_generic(work, member):
+    """Collide a member's share of these pairs."""
+    last = len(work.calls) - 1
+    for k in range(last):
+        first, stop = share(work.generic_starts[k], work.generic_starts[k + 1], member)
+        if first < stop and call_address(work.calls[k], work.calls[last], first, stop, 0):
+            raise MemoryError("no memory for the scratch arrays of a narrow phase")
+
+
+@routine
+def no_call(arguments, first, stop, unused):
+    """Stands for the routines, whose arguments it has."""
+
+
+@routine
 def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
-    """Manifolds of the pairs that the routines called by Python have collided: contact i belongs to pair ``generic[i]``."""
+    """Manifolds of the pairs that no body over lanes has collided: contact i belongs to pair ``generic[i]``."""
     lanes, number = lanes_of(work.lanes, 0), work.status[GENERIC]
     for i in range(number):
         if contacts.gap[i] > 0:
@@ -790,6 +829,8 @@ def take_part(arguments, task, rank, size):
                 status[LEFT] = 1
     elif task == COLLIDE:
         detect(bodies, colliders, shapes, constants, fat.reach, old, new, work, lanes, member)
+    elif task == COLLIDE_GENERIC:
+        collide_generic(work, member)
     elif task == ADVANCE:
         respond(bodies, constants, new, work, member)
         settle_bodies(bodies, work, lanes, member)
@@ -810,6 +851,8 @@ def run_steps(
     status = work.status
     arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
     sync[CODE], sync[DATA] = address_call(take_part, arguments)
+    generic_arguments = (work.generic_rows, bodies, colliders, shapes, constants.margin, contacts)
+    work.calls[len(work.calls) - 1] = address_call(no_call, generic_arguments)[1]
     while status[DONE] < steps:
         if status[PARITY] == 0:
             old, new = table_0, table_1
@@ -835,12 +878,14 @@ def run_steps(
             status[CHECKED] = 0
             begin_detection(old, new, work)
             do_task(sync, COLLIDE, status[PAIRS] // PAIRS_EACH)
+            status[PHASE] = RESPOND
             if status[GENERIC] > 0:
                 list_generic(work)
                 status[PHASE] = TAKE_GENERIC
-                return NEED_GENERIC
-            status[PHASE] = RESPOND
         if status[PHASE] == TAKE_GENERIC:
+            if not lay_out_generic(colliders, shapes, contacts, work):
+                return NEED_GENERIC
+            do_task(sync, COLLIDE_GENERIC, status[GENERIC] // GENERIC_EACH)
             take_generic(bodies, colliders, constants, contacts, kept, old, new, work)
             status[PHASE] = RESPOND
         live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)

@@ -15,7 +15,8 @@ from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused import Constants, run_steps
 from atlasphys.engine.islands.colour import COLOURS
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
-from atlasphys.engine.narrowphase.dispatch import collide
+from atlasphys.engine.narrowphase.addresses import ADDRESSES
+from atlasphys.engine.narrowphase.dispatch import EDGE_LIMITS, KIND_ROUTINES, ROUTINES, with_room
 from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import KIND, PLANE
 from atlasphys.engine.simd import LANES
@@ -39,6 +40,7 @@ from atlasphys.engine.state.work import (
     DETECT,
     DIVERGED,
     DONE,
+    EDGE_LIMIT,
     ENDED,
     ENTRIES,
     FORCES,
@@ -57,6 +59,7 @@ from atlasphys.engine.state.work import (
     SLEEPERS_CHANGED,
     SLEEPS,
     SLEPT,
+    SLOTS,
     STEP,
     WOKEN,
     Work,
@@ -130,7 +133,8 @@ class Workspace:
 
     def __init__(self, state: State, narrowphase: str) -> None:
         self.narrowphase = narrowphase
-        self.work = empty_work(state)
+        self.work = empty_work(state)._replace(routines=KIND_ROUTINES[narrowphase])
+        self.work.status[EDGE_LIMIT] = EDGE_LIMITS[narrowphase]
         n = state.count
         bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
         self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]
@@ -169,6 +173,12 @@ def empty_work(state: State) -> Work:
         expiry_before=np.full(1, -np.inf),
         origin=one,
         generic=one.copy(),
+        generic_pairs=np.zeros((1, 2), np.int32),
+        generic_routine=np.zeros(1, np.int8),
+        generic_rows=np.zeros(1, np.intp),
+        generic_starts=np.zeros(len(ROUTINES) + 1, np.int64),
+        routines=KIND_ROUTINES["auto"],
+        calls=np.zeros(len(ADDRESSES) + 1, np.int64),
         began=np.zeros((1, 2), np.int32),
         ended=np.zeros((1, 2), np.int32),
         colours=np.zeros(1, np.int8),
@@ -213,6 +223,9 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
             plane_side=np.zeros(capacity, np.int8),
             origin=np.zeros(capacity, np.int32),
             generic=np.zeros(capacity, np.int32),
+            generic_pairs=np.zeros((capacity, 2), np.int32),
+            generic_routine=np.zeros(capacity, np.int8),
+            generic_rows=np.zeros(capacity, np.intp),
             began=np.zeros((capacity, 2), np.int32),
             ended=np.zeros((capacity + rows, 2), np.int32),
             colours=np.zeros(capacity, np.int8),
@@ -268,11 +281,22 @@ def grow_blocks(state: State) -> None:
     state.workspace.work = work
 
 
+def make_generic_ready(state: State, margin: np.floating) -> None:
+    """Room for the contacts of the pairs that no body over lanes collides, and the addresses of the routines that do; these are compiled if need be."""
+    work = state.workspace.work
+    state.contacts = with_room(state.contacts, int(work.status[GENERIC]), int(work.status[SLOTS]))
+    for k, address_of in enumerate(ADDRESSES):
+        if work.calls[k] == 0 and work.status[SLOTS] > 0 and work.generic_starts[k] < work.generic_starts[k + 1]:
+            work.calls[k] = address_of(
+                work.generic_rows, state.bodies, state.colliders, state.table.arrays, margin, state.contacts
+            )
+
+
 def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     """Advance ``state`` by ``steps`` steps of h seconds. If one of them goes wrong, the state is that before it, and an error is raised."""
     settings = pipeline.solver_settings
     values = constants(state, settings, h)
-    shapes, margin, keeps = state.table.arrays, state.tolerances.margin, pipeline.broadphase == "tree"
+    shapes, keeps = state.table.arrays, pipeline.broadphase == "tree"
     profile = Profile()
     written = state.stale
     if written:
@@ -320,10 +344,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
         elif answer == NEED_BLOCKS:
             grow_blocks(state)
         elif answer == NEED_GENERIC:
-            pairs = space.work.pairs[space.work.generic[: status[GENERIC]]]
-            state.contacts = collide(
-                state.bodies, state.colliders, shapes, pairs, pipeline.narrowphase, margin, state.contacts
-            )
+            make_generic_ready(state, values.margin)
         elif answer == DIVERGED:
             rows = state.diverged_rows().tolist()
             state.roll_back()

@@ -42,8 +42,6 @@ KINDS = 7
 CONVEX = (SPHERE, CAPSULE, BOX, CYLINDER, CONE, HULL)
 METHODS = ("auto", "gjk_epa", "sat")
 
-generic: PairKernel = convex_convex
-
 PAIR_KERNELS: dict[tuple[int, int], PairKernel] = {
     **dict.fromkeys(combinations_with_replacement(CONVEX, 2), convex_convex),
     **{(kind, PLANE): plane_convex for kind in CONVEX},
@@ -70,13 +68,20 @@ MOST_EDGE_PAIRS = 600
 """Above this product of numbers of edges, "auto" gives two polyhedra to GJK and EPA: the separating axis test takes
 time in proportion to it. Smaller or larger: slower, nothing else."""
 
+EDGE_LIMITS = {"auto": MOST_EDGE_PAIRS, "gjk_epa": 0, "sat": 2**31}
+"""By method: product of numbers of edges above which GJK and EPA take over."""
 
-ROUTINES: tuple[PairKernel, ...] = tuple(dict.fromkeys([*PAIR_KERNELS.values(), generic]))
-"""Each routine once."""
+ROUTINES: tuple[PairKernel, ...] = tuple(
+    dict.fromkeys([convex_convex, plane_convex, polyhedra, *PAIR_KERNELS.values()])
+)
+"""Each routine once, in the order of its number; the first are those that ``layout.py`` names."""
 
 KIND_ROUTINES: dict[str, npt.NDArray[np.int8]] = {
     method: np.array(
-        [[ROUTINES.index(table.get((min(i, j), max(i, j)), generic)) for j in range(KINDS)] for i in range(KINDS)],
+        [
+            [ROUTINES.index(table.get((min(i, j), max(i, j)), convex_convex)) for j in range(KINDS)]
+            for i in range(KINDS)
+        ],
         np.int8,
     )
     for method, table in METHOD_KERNELS.items()
@@ -109,22 +114,27 @@ def collide(
         The contacts, of which the first P rows (and slots up to ``first[P]``) are in use.
     """
     number = len(pairs)
-    if number > len(contacts.a):
-        contacts = empty_contacts(_doubled(len(contacts.a), number), len(contacts.depth), contacts.depth.dtype)
-    rows, starts = np.empty(number, np.intp), np.empty(len(ROUTINES) + 1, np.int64)
-    most_edge_pairs = MOST_EDGE_PAIRS if method == "auto" else np.iinfo(np.int32).max
+    contacts = with_room(contacts, number, 0)
+    of_pair, rows = np.empty(number, np.int8), np.empty(number, np.intp)
+    starts = np.empty(len(ROUTINES) + 1, np.int64)
     while True:
         total = lay_out(
-            pairs, colliders.shape, shapes.layout, KIND_ROUTINES[method], ROUTINES.index(polyhedra),
-            ROUTINES.index(generic), most_edge_pairs, contacts, np.empty(number, np.int8), rows, starts,
-        )  # fmt: skip
+            pairs, colliders.shape, shapes.layout, KIND_ROUTINES[method], EDGE_LIMITS[method], contacts, of_pair, rows, starts
+        )
         if total <= len(contacts.depth):
             break
-        contacts = empty_contacts(len(contacts.a), _doubled(len(contacts.depth), total), contacts.depth.dtype)
+        contacts = with_room(contacts, number, total)
     for kernel, begin, end in zip(ROUTINES, starts[:-1], starts[1:], strict=True):
         if begin < end:
             kernel(rows[begin:end], bodies, colliders, shapes, margin, contacts)
     return contacts
+
+
+def with_room(contacts: Contacts, pairs: int, points: int) -> Contacts:
+    """The same buffers, or empty ones if these have no room for so many pairs and slots for points."""
+    if pairs <= len(contacts.a) and points <= len(contacts.depth):
+        return contacts
+    return empty_contacts(_doubled(len(contacts.a), pairs), _doubled(len(contacts.depth), points), contacts.depth.dtype)
 
 
 def _doubled(capacity: int, needed: int) -> int:

@@ -3,6 +3,9 @@
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.shapes.table import EDGE_COUNT, FEATURE_POINTS, KIND, PLANE, RIM_POINTS, VERTEX_COUNT
 
+CONVEX_CONVEX, PLANE_CONVEX, POLYHEDRA = range(3)
+"""Numbers of the routines that the fused step has no lanes for; others follow in ``dispatch.ROUTINES``."""
+
 
 @routine
 def most_points(layout, row_a, row_b):
@@ -17,15 +20,14 @@ def most_points(layout, row_a, row_b):
 
 
 @kernel
-def lay_out(pairs, shape, layout, routines, costly, cheap, most_edge_pairs, contacts, of_pair, rows, starts):
+def lay_out(pairs, shape, layout, routines, most_edge_pairs, contacts, of_pair, rows, starts):
     """Give each pair its range of slots, and list the pairs of each routine.
 
     Args:
         pairs: (P, 2) rows of colliders.
         shape: the colliders' rows in the table of shapes, of which ``layout`` is a part.
         routines: (kinds, kinds) the number of the routine for two kinds of shapes.
-        costly, cheap, most_edge_pairs: routine ``cheap`` stands in for ``costly`` where the product of the two shapes' numbers of edges is
-            greater than that.
+        most_edge_pairs: CONVEX_CONVEX stands in for POLYHEDRA where the product of the two shapes' numbers of edges is greater.
         contacts: room for P pairs; ``a``, ``b`` and ``first`` are set, and no pair has points.
         of_pair: scratch (P,).
         rows: (P,) on return the pairs, sorted by routine.
@@ -40,8 +42,8 @@ def lay_out(pairs, shape, layout, routines, costly, cheap, most_edge_pairs, cont
         a, b = pairs[p, 0], pairs[p, 1]
         row_a, row_b = shape[a], shape[b]
         number = routines[layout[row_a, KIND], layout[row_b, KIND]]
-        if number == costly and layout[row_a, EDGE_COUNT] * layout[row_b, EDGE_COUNT] > most_edge_pairs:
-            number = cheap
+        if number == POLYHEDRA and layout[row_a, EDGE_COUNT] * layout[row_b, EDGE_COUNT] > most_edge_pairs:
+            number = CONVEX_CONVEX
         of_pair[p] = number
         starts[number] += 1
         contacts.a[p], contacts.b[p], contacts.first[p] = a, b, total
