@@ -1,11 +1,10 @@
-"""Steps of the default world from Python's side: what ``fused.run_steps`` is given, and what it asks for."""
+"""Steps of the default world from Python's side: what ``fused.steps.run_steps`` is given, and what it asks for."""
 
 from __future__ import annotations
 
 import math
 import time
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,10 +13,12 @@ from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.broadphase.fat_boxes import BOUNDING_RADIUS, shape_bounds
 from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
-from atlasphys.engine.fused import Constants, run_steps
+from atlasphys.engine.fused.constants import Constants
+from atlasphys.engine.fused.steps import run_steps
 from atlasphys.engine.islands.colour import COLOURS
+from atlasphys.engine.narrowphase.addresses import ADDRESSES
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
-from atlasphys.engine.narrowphase.dispatch import collide
+from atlasphys.engine.narrowphase.dispatch import EDGE_LIMITS, KIND_ROUTINES, ROUTINES, with_room
 from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import KIND, PLANE
 from atlasphys.engine.simd import LANES
@@ -41,6 +42,7 @@ from atlasphys.engine.state.work import (
     DETECT,
     DIVERGED,
     DONE,
+    EDGE_LIMIT,
     ENDED,
     ENTRIES,
     FORCES,
@@ -59,6 +61,7 @@ from atlasphys.engine.state.work import (
     SLEEPERS_CHANGED,
     SLEEPS,
     SLEPT,
+    SLOTS,
     STEP,
     WOKEN,
     Work,
@@ -82,11 +85,10 @@ LONGEST_CALL = 0.05
 
 
 @lru_cache(maxsize=64)
-def constants(
-    real: type[np.floating[Any]], environment: Environment, settings: SoftStep, h: float, last_h: float
-) -> Constants:
-    """The numbers of a run with steps of length h [s], after substeps of length ``last_h``, or 0."""
-    tolerances = tolerances_of(environment, real)
+def constants(precision: str, environment: Environment, settings: SoftStep, h: float, last_h: float) -> Constants:
+    """The numbers of a run with steps of length h [s], after substeps of length ``last_h``, or 0; ``precision`` is NumPy's character for the
+    world's."""
+    real, tolerances = np.dtype(precision).type, tolerances_of(environment, precision)
     sub = h / settings.substeps
     unit = environment.length_unit
     frequency = min(settings.contact_frequency, MOST_FREQUENCY / sub)
@@ -96,7 +98,7 @@ def constants(
         *softness(STATIC_STIFFENING * frequency, settings.contact_damping, sub),
         settings.push_out_speed * unit,
     )
-    bounce = (environment.restitution_threshold, h, sub, float(tolerances.slop), FINEST[np.dtype(real).char])
+    bounce = (environment.restitution_threshold, h, sub, float(tolerances.slop), FINEST[precision])
     recycling = (
         (settings.recycle_slip * unit) ** 2 if settings.contact_recycling else -1.0,
         (2 * math.sin(settings.recycle_turn / 4)) ** 2,
@@ -135,13 +137,12 @@ class Workspace:
 
     def __init__(self, state: State, narrowphase: str) -> None:
         self.narrowphase = narrowphase
-        self.work = empty_work(state)
+        self.work = empty_work(state)._replace(routines=KIND_ROUTINES[narrowphase])
+        self.work.status[EDGE_LIMIT] = EDGE_LIMITS[narrowphase]
         n = state.count
         bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
         self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]
-        self.work.extent[:n] = bounds[:, BOUNDING_RADIUS] + np.sqrt(
-            (state.bodies.local_center[:n].astype(float) ** 2).sum(axis=1)
-        )
+        self.work.extent[:n] = state.table.arrays.extent[state.colliders.shape[:n]]
         self.work.status[OLD_ROWS] = state.manifold_count
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
         self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
@@ -180,6 +181,12 @@ def empty_work(state: State) -> Work:
         expiry_before=np.full(1, -np.inf),
         origin=one,
         generic=one.copy(),
+        generic_pairs=np.zeros((1, 2), np.int32),
+        generic_routine=np.zeros(1, np.int8),
+        generic_rows=np.zeros(1, np.intp),
+        generic_starts=np.zeros(len(ROUTINES) + 1, np.int64),
+        routines=KIND_ROUTINES["auto"],
+        calls=np.zeros(len(ADDRESSES) + 1, np.int64),
         began=np.zeros((1, 2), np.int32),
         ended=np.zeros((1, 2), np.int32),
         colours=np.zeros(1, np.int8),
@@ -224,6 +231,9 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
             plane_side=np.zeros(capacity, np.int8),
             origin=np.zeros(capacity, np.int32),
             generic=np.zeros(capacity, np.int32),
+            generic_pairs=np.zeros((capacity, 2), np.int32),
+            generic_routine=np.zeros(capacity, np.int8),
+            generic_rows=np.zeros(capacity, np.intp),
             began=np.zeros((capacity, 2), np.int32),
             ended=np.zeros((capacity + rows, 2), np.int32),
             colours=np.zeros(capacity, np.int8),
@@ -279,11 +289,22 @@ def grow_blocks(state: State) -> None:
     state.workspace.work = work
 
 
+def make_generic_ready(state: State, margin: float) -> None:
+    """Room for the contacts of the pairs that no body over lanes collides, and the addresses of the routines that do, compiled if need be."""
+    work = state.workspace.work
+    state.contacts = with_room(state.contacts, int(work.status[GENERIC]), int(work.status[SLOTS]))
+    for k, address_of in enumerate(ADDRESSES):
+        if work.calls[k] == 0 and work.status[SLOTS] > 0 and work.generic_starts[k] < work.generic_starts[k + 1]:
+            work.calls[k] = address_of(
+                work.generic_rows, state.bodies, state.colliders, state.table.arrays, margin, state.contacts
+            )
+
+
 def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     """Advance ``state`` by ``steps`` steps of h seconds. If one of them goes wrong, the state is that before it, and an error is raised."""
     settings = pipeline.solver_settings
-    values = constants(state.real.type, state.environment, settings, h, state.last_h)
-    shapes, margin, keeps = state.table.arrays, state.tolerances.margin, pipeline.broadphase == "tree"
+    values = constants(state.real.char, state.environment, settings, h, state.last_h)
+    shapes, keeps = state.table.arrays, pipeline.broadphase == "tree"
     profile = Profile()
     written = state.stale
     if written:
@@ -328,10 +349,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
             elif answer == NEED_BLOCKS:
                 grow_blocks(state)
             elif answer == NEED_GENERIC:
-                pairs = space.work.pairs[space.work.generic[: status[GENERIC]]]
-                state.contacts = collide(
-                    state.bodies, state.colliders, shapes, pairs, pipeline.narrowphase, margin, state.contacts
-                )
+                make_generic_ready(state, values.margin)
             elif answer == DIVERGED:
                 raise DivergedError(state.diverged_rows().tolist())
             elif wanted < steps:

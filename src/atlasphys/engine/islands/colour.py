@@ -52,8 +52,8 @@ def colour_contacts(a, b, count, live, number, body, moves, used, colours, sizes
 
 @routine
 def block_ranges(sizes, starts):
-    """From numbers of contacts to ``starts`` (2, COLOURS + 2): the first block of each class and colour, and past the last one. Returns the number of colours up to the
-    last that is in use."""
+    """From numbers of contacts to ``starts`` (2, COLOURS + 2): the first block of each class and colour, and past the last one. Returns the number
+    of colours up to the last that is in use."""
     for points in range(2):
         block = 0
         for colour in range(COLOURS):

@@ -88,8 +88,9 @@ def non_finite_rows(bodies, count, rows):
 
 
 @lru_cache(maxsize=64)
-def tolerances_of(environment: Environment, real: type[np.floating[Any]]) -> Tolerances:
-    """Tolerances in a precision."""
+def tolerances_of(environment: Environment, precision: str) -> Tolerances:
+    """Tolerances in a precision, given as NumPy's character for it."""
+    real = np.dtype(precision).type
     return Tolerances(*(real(value) for value in tolerances(environment.length_unit)))
 
 
@@ -141,7 +142,7 @@ class State:
     @property
     def tolerances(self) -> Tolerances:
         """Tolerances in this state's precision."""
-        return tolerances_of(self.environment, self.real.type)
+        return tolerances_of(self.environment, self.real.char)
 
     # Rows ------------------------------------------------------------------------------------------------------------
 

@@ -19,7 +19,7 @@ PARITY = 2  # which of the two tables of manifolds is the present one
 OLD_ROWS = 3  # rows of the present table
 PAIRS = 4  # candidate pairs
 PAIRS_CHANGED = 5  # the candidate pairs are not those that the present table was made for
-GENERIC = 6  # pairs for the routines that Python calls
+GENERIC = 6  # pairs that no body over lanes collides
 BEGAN, ENDED = 7, 8  # contact events of the step
 BLOCKS_ONE, BLOCKS_MANY = 9, 10  # blocks that the step's contacts take
 FORCES = 11  # some body has a force to act in the next step
@@ -38,6 +38,8 @@ LEFT = 25  # some body has left its fat box
 WRONG = 26  # the last pass over bouncing contacts in which one was not solved for yet
 BROKEN = 27  # some number of the step is not finite
 COLOURED = 28  # colours of contacts up to the last that is in use
+SLOTS = 29  # slots for contact points that the pairs for other routines need
+EDGE_LIMIT = 30  # see dispatch.EDGE_LIMITS
 ENTRIES = 32
 
 # Values of PHASE
@@ -119,7 +121,19 @@ class Work(NamedTuple):
     expiry_before: npt.NDArray[np.float64]
     """(P,) the same of the pairs of the last step, while PAIRS_CHANGED."""
     generic: npt.NDArray[np.int32]
-    """(P,) pairs for the routines that Python calls; until all pairs have been looked at, marks at those pairs."""
+    """(P,) pairs that no body over lanes collides; until all pairs have been looked at, marks at those pairs."""
+    generic_pairs: npt.NDArray[np.int32]
+    """(P, 2) their colliders."""
+    generic_routine: npt.NDArray[np.int8]
+    """(P,) numbers of their routines."""
+    generic_rows: npt.NDArray[np.intp]
+    """(P,) the entries of these lists, sorted by routine."""
+    generic_starts: npt.NDArray[np.int64]
+    """(routines + 1,) where those of each routine begin in ``generic_rows``."""
+    routines: npt.NDArray[np.int8]
+    """(kinds, kinds) routine for two kinds of shapes, see narrowphase/dispatch.py."""
+    calls: npt.NDArray[np.int64]
+    """(4,) addresses of the three routines of narrowphase/addresses.py, 0: not known; and of their arguments."""
     began: npt.NDArray[np.int32]
     """(P, 2) pairs that began to touch in this step."""
     ended: npt.NDArray[np.int32]
