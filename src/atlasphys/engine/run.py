@@ -5,15 +5,19 @@ from __future__ import annotations
 import math
 import time
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from atlasphys.engine import ahead
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.broadphase.fat_boxes import BOUNDING_RADIUS, shape_bounds
 from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused.constants import Constants
+from atlasphys.engine.fused.detection import detection_address
+from atlasphys.engine.fused.response import response_address, response_address_with_locks
 from atlasphys.engine.fused.steps import run_steps
 from atlasphys.engine.islands.colour import COLOURS
 from atlasphys.engine.narrowphase.addresses import ADDRESSES
@@ -38,8 +42,11 @@ from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
     BLOCKS_ONE,
+    BROADPHASE,
+    CALLS,
     CHECKED,
     DETECT,
+    DETECTION,
     DIVERGED,
     DONE,
     EDGE_LIMIT,
@@ -58,6 +65,7 @@ from atlasphys.engine.state.work import (
     PARITY,
     PHASE,
     RENAME,
+    RESPONSE,
     SLEEPERS_CHANGED,
     SLEEPS,
     SLEPT,
@@ -67,7 +75,8 @@ from atlasphys.engine.state.work import (
     Work,
     empty_lanes,
 )
-from atlasphys.engine.step import DivergedError, Pipeline, Profile
+from atlasphys.engine.step import STAGES, DivergedError, Pipeline, Profile
+from atlasphys.engine.team import SYNC_LENGTH
 from atlasphys.engine.threads import lend_team
 
 MOST_GROWTH = 4.0
@@ -129,6 +138,9 @@ FATTENING = 0.05
 looked at that do not touch."""
 
 
+NO_SYNC: npt.NDArray[np.int64] = aligned_zeros((SYNC_LENGTH,), np.int64)
+"""Stands for the ``sync`` of a team of threads."""
+
 NO_ROWS: npt.NDArray[np.int32] = np.empty(0, np.int32)
 
 
@@ -150,13 +162,18 @@ class Workspace:
         """Steps that a compiled call may make, for it to return soon enough."""
 
 
+def locks_of(state: State) -> npt.NDArray[np.integer]:
+    """Locks of each body; only those of dynamic ones count."""
+    bodies, n = state.bodies, state.count
+    return np.where(bodies.kind[:n] == DYNAMIC, bodies.locks[:n], 0)
+
+
 def empty_work(state: State) -> Work:
     """Working memory for the bodies of a state; nothing in it is known yet."""
     n = state.count
     moving = np.flatnonzero(state.bodies.kind[:n] != STATIC)
     tumbles = state.bodies.frame[moving, 3] > 0
-    dynamic = state.bodies.kind[:n] == DYNAMIC
-    locks = np.where(dynamic, state.bodies.locks[:n], 0)
+    locks = locks_of(state)
     real = state.real
     one = np.zeros(1, np.int32)
     return Work(
@@ -186,7 +203,8 @@ def empty_work(state: State) -> Work:
         generic_rows=np.zeros(1, np.intp),
         generic_starts=np.zeros(len(ROUTINES) + 1, np.int64),
         routines=KIND_ROUTINES["auto"],
-        calls=np.zeros(len(ADDRESSES) + 1, np.int64),
+        calls=np.zeros(CALLS, np.int64),
+        times=np.zeros(len(STAGES), np.int64),
         began=np.zeros((1, 2), np.int32),
         ended=np.zeros((1, 2), np.int32),
         colours=np.zeros(1, np.int8),
@@ -200,7 +218,7 @@ def empty_work(state: State) -> Work:
         blocks_many=aligned_zeros((1, Fields(4).number, LANES), real),
         rolls_one=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
         rolls_many=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
-        locked=np.flatnonzero(locks & ROTATION_LOCKS).astype(np.int32) if locks.any() else None,
+        locked=np.flatnonzero(locks & ROTATION_LOCKS).astype(np.int32),
         plain=np.zeros((-(-int((~tumbles).sum()) // LANES), LANES), np.int32),
         tumbling=np.zeros((-(-int(tumbles.sum()) // LANES), LANES), np.int32),
         room=np.zeros((max(-(-len(moving) // LANES), 1), LANES), real),
@@ -300,11 +318,31 @@ def make_generic_ready(state: State, margin: float) -> None:
             )
 
 
+def tables(state: State) -> tuple[Any, Any, Any, Any, Any, Any]:
+    """The tables of the state with which the arguments of the step's kernels begin."""
+    return (
+        state.bodies, state.colliders, state.table.arrays, state.manifolds, state.next_manifolds, state.remembered,
+    )  # fmt: skip
+
+
+def find_parts(state: State, values: Constants) -> None:
+    """Addresses of the parts of the step that are compiled apart. The first time of all another process compiles one of them in the meantime."""
+    space, before = state.workspace, tables(state)
+    work, fat = space.work, space.tree.fat
+    response = response_address_with_locks if locks_of(state).any() else response_address
+    precision = {"f": "single", "d": "double"}[state.real.char]
+    ahead.start({"response": response, "detection": detection_address}, precision)
+    run_steps(*before, state.contacts, space.kept, state.count, fat, values, work, 0, NO_SYNC)
+    ahead.wait()
+    work.calls[DETECTION] = detection_address(*before, fat, values, work, NO_SYNC)
+    work.calls[RESPONSE] = response(*before, fat, values, work, NO_SYNC)
+
+
 def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     """Advance ``state`` by ``steps`` steps of h seconds. If one of them goes wrong, the state is that before it, and an error is raised."""
     settings = pipeline.solver_settings
     values = constants(state.real.char, state.environment, settings, h, state.last_h)
-    shapes, keeps = state.table.arrays, pipeline.broadphase == "tree"
+    keeps = pipeline.broadphase == "tree"
     profile = Profile()
     written = state.stale
     if written:
@@ -318,6 +356,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
         state.workspace = Workspace(state, pipeline.narrowphase)
     space = state.workspace
     status = space.work.status
+    space.work.times[:] = 0
     status[KEEPS], status[DONE], status[FORCES] = keeps, 0, state.forced
     state.forced = False
     status[CHECKED], status[PHASE], status[STEP] = 0, DETECT, state.steps + 1
@@ -329,15 +368,16 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
         space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, KINDS, state.real))
     changed = bool((state.bodies.rest[: state.count] == CHANGED).any())
     wanted = 1 if changed or values.ratio != 1 else min(steps, space.pace)
-    completed, began = 0, time.perf_counter()
+    completed = 0
+    if space.work.calls[DETECTION] == 0:
+        find_parts(state, values)
     try:
         while True:
             start = time.perf_counter()
             try:
                 with lend_team(pipeline.threads) as sync:
                     answer = run_steps(
-                        state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered,
-                        state.contacts, space.kept, state.count, space.tree.fat, values, space.work, wanted, sync,
+                        *tables(state), state.contacts, space.kept, state.count, space.tree.fat, values, space.work, wanted, sync,
                     )  # fmt: skip
             finally:  # Ctrl-C is heard as soon as the call has returned
                 completed += note_completed(state, completed, h, settings.substeps)
@@ -345,7 +385,9 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
                 state.changes_noticed()
                 status[SLEEPERS_CHANGED], changed = 1, False
             if answer == NEED_PAIRS:
+                looked = time.perf_counter_ns()
                 look_for_pairs(state, pipeline.broadphase, h)
+                space.work.times[BROADPHASE] += time.perf_counter_ns() - looked
             elif answer == NEED_BLOCKS:
                 grow_blocks(state)
             elif answer == NEED_GENERIC:
@@ -366,7 +408,8 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     except BaseException:
         abandon_step(state, completed)
         raise
-    profile["solver"] = (time.perf_counter() - began) / max(steps, 1)
+    for stage, nanoseconds in zip(STAGES, space.work.times.tolist(), strict=True):
+        profile[stage] = 1e-9 * nanoseconds / max(steps, 1)
     state.began = space.work.began[: status[BEGAN]].copy()
     state.ended = space.work.ended[: status[ENDED]].copy()
     state.slept = _rows(changed_activity(state) < 0) if status[SLEPT] else NO_ROWS

@@ -3,7 +3,7 @@
 import numpy as np
 
 from atlasphys.engine.broadphase.fat_boxes import near
-from atlasphys.engine.jit import routine
+from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.manifold.build import combine_materials_lane
 from atlasphys.engine.manifold.recycle import (
     HAS_COPY,
@@ -23,24 +23,26 @@ from atlasphys.engine.narrowphase.apart import carry_expiry
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
 from atlasphys.engine.narrowphase.layout import lay_out
 from atlasphys.engine.simd import LANES
-from atlasphys.engine.simd.address import call_address
+from atlasphys.engine.simd.address import address_call, call_address
 from atlasphys.engine.state.bodies import KINEMATIC
 from atlasphys.engine.state.work import (
     BEGAN,
     EDGE_LIMIT,
     ENDED,
     GENERIC,
+    GENERIC_DATA,
     KEEPS,
     KINEMATIC_BODIES,
     OLD_ROWS,
     PAIRS,
     PAIRS_CHANGED,
+    PARITY,
     RENAME,
     SLOTS,
     STEP,
     lanes_of,
 )
-from atlasphys.engine.team import share
+from atlasphys.engine.team import member_of, share
 
 CHUNK = 128
 """Pairs that a thread collides at a stretch; whole blocks."""
@@ -319,7 +321,7 @@ def lay_out_generic(colliders, shapes, contacts, work):
         work.generic_routine, work.generic_rows, work.generic_starts,
     )  # fmt: skip
     ready = status[SLOTS] <= len(contacts.depth)
-    for k in range(len(work.calls) - 1):
+    for k in range(GENERIC_DATA):
         ready = ready and (work.calls[k] != 0 or work.generic_starts[k] == work.generic_starts[k + 1])
     return ready
 
@@ -327,10 +329,9 @@ def lay_out_generic(colliders, shapes, contacts, work):
 @routine
 def collide_generic(work, member):
     """Collide a member's share of these pairs."""
-    last = len(work.calls) - 1
-    for k in range(last):
+    for k in range(GENERIC_DATA):
         first, stop = share(work.generic_starts[k], work.generic_starts[k + 1], member)
-        if first < stop and call_address(work.calls[k], work.calls[last], first, stop, 0):
+        if first < stop and call_address(work.calls[k], work.calls[GENERIC_DATA], first, stop, 0):
             raise MemoryError("no memory for the scratch arrays of a narrow phase")
 
 
@@ -380,3 +381,21 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
         renew_lanes(
             work.status[STEP], filled, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes
         )  # fmt: skip
+
+
+@routine
+def detection_part(arguments, task, rank, size):
+    """Do a thread's share of the detection."""
+    bodies, colliders, shapes, table_0, table_1, _, fat, constants, work, sync = arguments
+    lanes, member = lanes_of(work.lanes, rank), member_of(sync, rank, size)
+    if work.status[PARITY] == 0:
+        detect(bodies, colliders, shapes, constants, fat.reach, table_0, table_1, work, lanes, member)
+    else:
+        detect(bodies, colliders, shapes, constants, fat.reach, table_1, table_0, work, lanes, member)
+
+
+@kernel
+def detection_address(bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync):
+    """Address of the code of ``detection_part`` for arguments of these types."""
+    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
+    return address_call(detection_part, arguments)[0]

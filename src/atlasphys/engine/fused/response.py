@@ -1,8 +1,9 @@
 """The solver stage of the fused step: passes over contacts, colour by colour, and over bodies, in substeps. Each member of a team does its share."""
 
 from atlasphys.engine.islands.colour import COLOURS
-from atlasphys.engine.jit import routine
+from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.simd import LANES
+from atlasphys.engine.simd.address import address_call
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
 from atlasphys.engine.solvers.locked import follow_turn
@@ -14,11 +15,13 @@ from atlasphys.engine.state.work import (
     BOUNCES,
     BROKEN,
     COLOURED,
+    PARITY,
     PLAIN,
     TUMBLING,
     WRONG,
+    lanes_of,
 )
-from atlasphys.engine.team import meet, share
+from atlasphys.engine.team import meet, member_of, share
 
 FEW_BLOCKS = 8
 """Below so many blocks, a colour is done by one thread."""
@@ -55,12 +58,12 @@ def meet_after(colour, starts, member):
 
 
 @routine
-def prepare_contacts(bodies, constants, new, work, member):
+def prepare_contacts(bodies, locked, constants, new, work, member):
     """Write the blocks of all contacts. BOUNCES says whether one of them has restitution."""
     inverse_mass, ratio, bounces = bodies.inverse_mass, constants.ratio, False
     first, stop = share(0, work.starts[1, COLOURS + 1], member)
     for block in range(first, stop):
-        if prepare(4, work.locked, block, work.integers_many, work.blocks_many, new, inverse_mass, ratio):
+        if prepare(4, locked, block, work.integers_many, work.blocks_many, new, inverse_mass, ratio):
             bounces = note_materials(4, block, work.integers_many, work.rolls_many, new) or bounces
             if work.integers_many[block, ROLLS, 0]:
                 prepare_rolling(
@@ -68,7 +71,7 @@ def prepare_contacts(bodies, constants, new, work, member):
                 )  # fmt: skip
     first, stop = share(0, work.starts[0, COLOURS + 1], member)
     for block in range(first, stop):
-        if prepare(1, work.locked, block, work.integers_one, work.blocks_one, new, inverse_mass, ratio):
+        if prepare(1, locked, block, work.integers_one, work.blocks_one, new, inverse_mass, ratio):
             bounces = note_materials(1, block, work.integers_one, work.rolls_one, new) or bounces
             if work.integers_one[block, ROLLS, 0]:
                 prepare_rolling(block, work.integers_one, work.blocks_one, work.rolls_one, new, inverse_mass, ratio)
@@ -90,14 +93,14 @@ def note_materials(points, block, integers, rolls, new):
 
 
 @routine
-def aim_contacts(bodies, constants, new, work, member):
+def aim_contacts(bodies, locked, constants, new, work, member):
     """Work out what restitution asks for. WRONG becomes 0 if it acts in this step."""
     motion, inverse_mass, drives, acts = bodies.motion, bodies.inverse_mass, bodies.drive, False
     first, stop = share(0, work.starts[1, COLOURS + 1], member)
     for block in range(first, stop):
         if aim(
             4,
-            work.locked,
+            locked,
             block,
             work.integers_many,
             work.blocks_many,
@@ -112,7 +115,7 @@ def aim_contacts(bodies, constants, new, work, member):
     for block in range(first, stop):
         if aim(
             1,
-            work.locked,
+            locked,
             block,
             work.integers_one,
             work.blocks_one,
@@ -128,64 +131,64 @@ def aim_contacts(bodies, constants, new, work, member):
 
 
 @routine
-def strike_contacts(number, motion, inverse_mass, ease, work, member):
+def strike_contacts(number, locked, motion, inverse_mass, ease, work, member):
     """Pass ``number`` over all contacts, colour by colour. WRONG becomes that number if a bounce was not solved for yet."""
     starts = work.starts
     for colour in range(work.status[COLOURED]):
         first, stop = share_of_colour(1, colour, starts, member)
         for block in range(first, stop):
-            if strike(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, ease):
+            if strike(4, locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, ease):
                 work.status[WRONG] = number
         first, stop = share_of_colour(0, colour, starts, member)
         for block in range(first, stop):
-            if strike(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, ease):
+            if strike(1, locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, ease):
                 work.status[WRONG] = number
         meet_after(colour, starts, member)
 
 
 @routine
-def bounce_contacts(bodies, constants, new, work, member):
+def bounce_contacts(bodies, locked, constants, new, work, member):
     """Resolve the impacts of contacts with restitution."""
     motion, inverse_mass = bodies.motion, bodies.inverse_mass
     real = motion.dtype.type
-    aim_contacts(bodies, constants, new, work, member)
+    aim_contacts(bodies, locked, constants, new, work, member)
     meet(member)
     for visit in range(MOST_STRIKES):
         if work.status[WRONG] < visit:  # not !=: another member may already be in the next pass
             break
         ease = real(1) if visit < EASED else real(EASE)
-        strike_contacts(visit + 1, motion, inverse_mass, ease, work, member)
+        strike_contacts(visit + 1, locked, motion, inverse_mass, ease, work, member)
     first, stop = share(0, work.starts[1, COLOURS + 1], member)
     for block in range(first, stop):
-        depart(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, new, constants.ratio)
+        depart(4, locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, new, constants.ratio)
     first, stop = share(0, work.starts[0, COLOURS + 1], member)
     for block in range(first, stop):
-        depart(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, new, constants.ratio)
+        depart(1, locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, new, constants.ratio)
     meet(member)
 
 
 @routine
-def start_contacts(motion, inverse_mass, work, member):
+def start_contacts(locked, motion, inverse_mass, work, member):
     """Apply the impulses that the last substep ended with."""
     starts = work.starts
     for colour in range(work.status[COLOURED]):
         first, stop = share_of_colour(1, colour, starts, member)
         for block in range(first, stop):
-            warm_start(4, work.locked, block, work.integers_many, work.blocks_many, motion, inverse_mass)
+            warm_start(4, locked, block, work.integers_many, work.blocks_many, motion, inverse_mass)
             if work.integers_many[block, ROLLS, 0]:
                 start_rolling(
                     4, block, work.integers_many, work.blocks_many, work.rolls_many, motion, inverse_mass
                 )  # fmt: skip
         first, stop = share_of_colour(0, colour, starts, member)
         for block in range(first, stop):
-            warm_start(1, work.locked, block, work.integers_one, work.blocks_one, motion, inverse_mass)
+            warm_start(1, locked, block, work.integers_one, work.blocks_one, motion, inverse_mass)
             if work.integers_one[block, ROLLS, 0]:
                 start_rolling(1, block, work.integers_one, work.blocks_one, work.rolls_one, motion, inverse_mass)
         meet_after(colour, starts, member)
 
 
 @routine
-def solve_contacts(relax, motion, inverse_mass, soft, work, member):
+def solve_contacts(relax, locked, motion, inverse_mass, soft, work, member):
     """One pass over all contacts, colour by colour."""
     starts = work.starts
     counts = soft[0] - soft[0] + (1 if relax else 0)
@@ -193,9 +196,9 @@ def solve_contacts(relax, motion, inverse_mass, soft, work, member):
         first, stop = share_of_colour(1, colour, starts, member)
         for block in range(first, stop):
             if relax:
-                solve(4, work.locked, 1, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+                solve(4, locked, 1, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
             else:
-                solve(4, work.locked, 0, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+                solve(4, locked, 0, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
             if work.integers_many[block, ROLLS, 0]:
                 solve_rolling(
                     4, block, work.integers_many, work.blocks_many, work.rolls_many, motion, inverse_mass, counts
@@ -203,9 +206,9 @@ def solve_contacts(relax, motion, inverse_mass, soft, work, member):
         first, stop = share_of_colour(0, colour, starts, member)
         for block in range(first, stop):
             if relax:
-                solve(1, work.locked, 1, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+                solve(1, locked, 1, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
             else:
-                solve(1, work.locked, 0, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+                solve(1, locked, 0, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
             if work.integers_one[block, ROLLS, 0]:
                 solve_rolling(
                     1, block, work.integers_one, work.blocks_one, work.rolls_one, motion, inverse_mass, counts
@@ -229,7 +232,7 @@ def store_contacts(new, work, member):
 
 
 @routine
-def respond(bodies, constants, new, work, member):
+def respond(bodies, locked, constants, new, work, member):
     """The solver stage: impulses and motion in all substeps. Each member does its share of every loop."""
     motion, geometry, inverse_mass, h = bodies.motion, bodies.geometry, bodies.inverse_mass, constants.h
     status = work.status
@@ -238,21 +241,21 @@ def respond(bodies, constants, new, work, member):
         first, stop = share(0, blocks, member)
         for block in range(first, stop):
             drive(
-                work.locked, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, bodies.drive,
+                locked, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, bodies.drive,
                 constants.gravity, h,
             )  # fmt: skip
-    prepare_contacts(bodies, constants, new, work, member)
+    prepare_contacts(bodies, locked, constants, new, work, member)
     meet(member)
     if status[BOUNCES]:
-        bounce_contacts(bodies, constants, new, work, member)
+        bounce_contacts(bodies, locked, constants, new, work, member)
     for _ in range(constants.substeps):
         for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
             first, stop = share(0, blocks, member)
             for block in range(first, stop):
                 gain_speed(block, rows, motion, bodies.drive)
         meet(member)
-        start_contacts(motion, inverse_mass, work, member)
-        solve_contacts(False, motion, inverse_mass, constants.soft, work, member)
+        start_contacts(locked, motion, inverse_mass, work, member)
+        solve_contacts(False, locked, motion, inverse_mass, constants.soft, work, member)
         first, stop = share(0, status[PLAIN], member)
         for block in range(first, stop):
             move(block, plain, motion, geometry, h)
@@ -260,11 +263,11 @@ def respond(bodies, constants, new, work, member):
         for block in range(first, stop):
             tumble(block, tumbling, motion, geometry, bodies.mass, bodies.frame, inverse_mass, h)
         meet(member)
-        if work.locked is not None:
+        if locked is not None:
             if member.rank == 0:
-                follow_turn(work.locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
+                follow_turn(locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
             meet(member)
-        solve_contacts(True, motion, inverse_mass, constants.soft, work, member)
+        solve_contacts(True, locked, motion, inverse_mass, constants.soft, work, member)
     store_contacts(new, work, member)
 
 
@@ -289,3 +292,39 @@ def settle_bodies(bodies, work, lanes, member):
                     bodies.orientation[i, k] = bodies.geometry[i, 12 + k]
     if not finite:
         status[BROKEN] = 1
+
+
+@routine
+def take_part(arguments, rank, size, locked):
+    """Do a thread's share of the response. ``locked`` are the rows of the bodies whose rotation is locked about some axis; None if no body
+    has any locks, not even of its translation."""
+    bodies, _, _, table_0, table_1, _, _, constants, work, sync = arguments
+    lanes, member = lanes_of(work.lanes, rank), member_of(sync, rank, size)
+    respond(bodies, locked, constants, table_1 if work.status[PARITY] == 0 else table_0, work, member)
+    settle_bodies(bodies, work, lanes, member)
+
+
+@routine
+def response_part(arguments, task, rank, size):
+    """The response of bodies without locks."""
+    take_part(arguments, rank, size, None)
+
+
+@routine
+def response_part_with_locks(arguments, task, rank, size):
+    """The response if some body has locks."""
+    take_part(arguments, rank, size, arguments[8].locked)
+
+
+@kernel
+def response_address(bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync):
+    """Address of the code of ``response_part`` for arguments of these types."""
+    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
+    return address_call(response_part, arguments)[0]
+
+
+@kernel
+def response_address_with_locks(bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync):
+    """Address of the code of ``response_part_with_locks``."""
+    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
+    return address_call(response_part_with_locks, arguments)[0]

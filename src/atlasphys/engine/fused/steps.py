@@ -9,19 +9,18 @@ from atlasphys.engine.broadphase.fat_boxes import has_left
 from atlasphys.engine.fused.detection import (
     begin_detection,
     collide_generic,
-    detect,
     lay_out_generic,
     list_generic,
     no_call,
     take_generic,
 )
-from atlasphys.engine.fused.response import respond, settle_bodies
 from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
 from atlasphys.engine.islands.sleep import list_active, list_awake, note_rest, put_to_sleep, wake_touched
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.narrowphase.apart import add_travel
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call
+from atlasphys.engine.simd.atomic import now
 from atlasphys.engine.state.manifolds import DEPTH, POINT_COLUMNS
 from atlasphys.engine.state.pose import refresh
 from atlasphys.engine.state.work import (
@@ -29,20 +28,26 @@ from atlasphys.engine.state.work import (
     BLOCKS_MANY,
     BLOCKS_ONE,
     BOUNCES,
+    BROADPHASE,
     BROKEN,
     CHECKED,
     COLOURED,
     DETECT,
+    DETECTION,
     DIVERGED,
     DONE,
     ENDED,
+    FINISH,
     FINISHED,
     FORCES,
     GENERIC,
+    GENERIC_DATA,
+    ISLANDS,
     KEEPS,
     KINEMATIC_BODIES,
     LEFT,
     LIVE,
+    NARROWPHASE,
     NEED_BLOCKS,
     NEED_GENERIC,
     NEED_PAIRS,
@@ -53,9 +58,11 @@ from atlasphys.engine.state.work import (
     PHASE,
     PLAIN,
     RESPOND,
+    RESPONSE,
     SLEEPERS_CHANGED,
     SLEEPS,
     SLEPT,
+    SOLVER,
     STEP,
     TAKE_GENERIC,
     TUMBLING,
@@ -161,13 +168,9 @@ def note_events(new, old, work):
 
 @routine
 def take_part(arguments, task, rank, size):
-    """Do a thread's share of a task."""
-    bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync = arguments
+    """Do a thread's share of the tasks that are not compiled apart, as ``detection`` and ``response`` are."""
+    bodies, _, _, _, _, remembered, fat, constants, work, sync = arguments
     status, lanes, member = work.status, lanes_of(work.lanes, rank), member_of(sync, rank, size)
-    if status[PARITY] == 0:
-        old, new = table_0, table_1
-    else:
-        old, new = table_1, table_0
     if task == LOOK:
         for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
             first, stop = share(0, blocks, member)
@@ -175,15 +178,18 @@ def take_part(arguments, task, rank, size):
                 first, stop, rows, bodies.center, bodies.geometry, fat, constants.margin, lanes.delta, work.room
             ):  # fmt: skip
                 status[LEFT] = 1
-    elif task == COLLIDE:
-        detect(bodies, colliders, shapes, constants, fat.reach, old, new, work, lanes, member)
     elif task == COLLIDE_GENERIC:
         collide_generic(work, member)
-    elif task == ADVANCE:
-        respond(bodies, constants, new, work, member)
-        settle_bodies(bodies, work, lanes, member)
     elif task == REMEMBER:
         remember(bodies, remembered, work, member)
+
+
+@routine
+def note_time(times, stage, since):
+    """Add the time since a moment to that of a stage; returns the present moment."""
+    time = now()
+    times[stage] += time - since
+    return time
 
 
 @kernel
@@ -198,9 +204,12 @@ def run_steps(
     """
     status = work.status
     arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
-    sync[CODE], sync[DATA] = address_call(take_part, arguments)
+    code, sync[DATA] = address_call(take_part, arguments)
+    sync[CODE + LOOK] = sync[CODE + COLLIDE_GENERIC] = sync[CODE + REMEMBER] = code
+    sync[CODE + COLLIDE], sync[CODE + ADVANCE] = work.calls[DETECTION], work.calls[RESPONSE]
     generic_arguments = (work.generic_rows, bodies, colliders, shapes, constants.margin, contacts)
-    work.calls[len(work.calls) - 1] = address_call(no_call, generic_arguments)[1]
+    work.calls[GENERIC_DATA] = address_call(no_call, generic_arguments)[1]
+    time = now()
     while status[DONE] < steps:
         if status[PARITY] == 0:
             old, new = table_0, table_1
@@ -224,6 +233,7 @@ def run_steps(
             elif not status[CHECKED]:
                 return NEED_PAIRS
             status[CHECKED] = 0
+            time = note_time(work.times, BROADPHASE, time)
             begin_detection(old, new, work)
             do_task(sync, COLLIDE, status[PAIRS] // PAIRS_EACH)
             status[PHASE] = RESPOND
@@ -236,6 +246,7 @@ def run_steps(
             do_task(sync, COLLIDE_GENERIC, status[GENERIC] // GENERIC_EACH)
             take_generic(bodies, colliders, constants, contacts, kept, old, new, work)
             status[PHASE] = RESPOND
+        time = note_time(work.times, NARROWPHASE, time)
         live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
         if status[SLEEPS]:
             status[WOKEN] += wake_touched(
@@ -260,9 +271,11 @@ def run_steps(
         status[BOUNCES] = status[BROKEN] = 0
         status[WRONG] = -1
         body_work = (status[PLAIN] + status[TUMBLING]) // BODIES_EACH
+        time = note_time(work.times, ISLANDS, time)
         do_task(sync, ADVANCE, (status[BLOCKS_ONE] + status[BLOCKS_MANY]) // CONTACTS_EACH + body_work)
         if status[BROKEN]:
             return DIVERGED
+        time = note_time(work.times, SOLVER, time)
         rest(bodies, colliders, count, constants, new, work)
         do_task(sync, REMEMBER, body_work)
         note_events(new, old, work)
@@ -278,4 +291,5 @@ def run_steps(
         status[PARITY] = 1 - status[PARITY]
         status[PHASE] = DETECT
         status[DONE] += 1
+        time = note_time(work.times, FINISH, time)
     return FINISHED

@@ -42,6 +42,14 @@ SLOTS = 29  # slots for contact points that the pairs for other routines need
 EDGE_LIMIT = 30  # see dispatch.EDGE_LIMITS
 ENTRIES = 32
 
+# Entries of ``Work.calls``, after those of the routines for rarer pairs
+GENERIC_DATA = 3  # what these are called with
+DETECTION, RESPONSE = 4, 5  # see fused/
+CALLS = 6
+
+# Entries of ``Work.times``: the places in ``step.STAGES``. Pairs go from the narrow phase to manifolds in blocks, and are counted with it.
+BROADPHASE, NARROWPHASE, ISLANDS, SOLVER, FINISH = 0, 1, 3, 4, 6
+
 # Values of PHASE
 DETECT, TAKE_GENERIC, RESPOND = range(3)
 
@@ -133,7 +141,10 @@ class Work(NamedTuple):
     routines: npt.NDArray[np.int8]
     """(kinds, kinds) routine for two kinds of shapes, see narrowphase/dispatch.py."""
     calls: npt.NDArray[np.int64]
-    """(4,) addresses of the three routines of narrowphase/addresses.py, 0: not known; and of their arguments."""
+    """(CALLS,) addresses of the three routines of narrowphase/addresses.py, 0: not known; of their arguments; and of the parts of
+    the step that are compiled apart."""
+    times: npt.NDArray[np.int64]
+    """Time spent in each stage in this call [ns]."""
     began: npt.NDArray[np.int32]
     """(P, 2) pairs that began to touch in this step."""
     ended: npt.NDArray[np.int32]
@@ -155,8 +166,8 @@ class Work(NamedTuple):
     rolls_one: npt.NDArray[np.floating]
     rolls_many: npt.NDArray[np.floating]
     """Rolling friction beside these blocks, see solvers/rolling_block.py; one block if no body has any."""
-    locked: npt.NDArray[np.int32] | None
-    """Rows of the bodies whose rotation is locked about some axis; None if no body has locks at all."""
+    locked: npt.NDArray[np.int32]
+    """Rows of the bodies whose rotation is locked about some axis."""
     plain: npt.NDArray[np.int32]
     """(blocks, 8) bodies that keep their angular velocity when free; the last one is repeated."""
     tumbling: npt.NDArray[np.int32]
