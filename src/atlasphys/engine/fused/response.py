@@ -54,7 +54,7 @@ def share_of_colour(points, colour, starts, member):
 def begin_colour(colour, motion, work, member):
     """Before the last colour, which has hubs as a whole, the leader joins their parts."""
     if colour == COLOURS and member.rank == 0:
-        join_parts(motion, work)
+        join_parts(work.hubs, work.status[HUBS], motion)
 
 
 @routine

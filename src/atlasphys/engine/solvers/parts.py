@@ -43,14 +43,14 @@ def give_back(bodies, work, member):
 @routine
 def hand_out(motion, inverse_mass, drives, work, member):
     """Let all parts go on from where their bodies are."""
-    hubs = work.hubs
+    hubs, real = work.hubs, motion.dtype.type
     for hub in range(work.status[HUBS]):
         row, parts = hubs[hub, ROW], hubs[hub, NUMBER]
         first, stop = share(hubs[hub, FIRST], hubs[hub, FIRST] + parts, member)
         for part in range(first, stop):
             for k in range(motion.shape[1]):
                 motion[part, k] = motion[row, k]
-                inverse_mass[part, k] = parts * inverse_mass[row, k]
+                inverse_mass[part, k] = real(parts) * inverse_mass[row, k]
             for k in range(drives.shape[1]):
                 drives[part, k] = drives[row, k]
     if work.status[HUBS] > 0:
@@ -58,10 +58,10 @@ def hand_out(motion, inverse_mass, drives, work, member):
 
 
 @routine
-def join_parts(motion, work):
-    """Give the bodies the mean velocity of their parts. Parts that nothing has changed add nothing, not even round-off."""
-    hubs, real = work.hubs, motion.dtype.type
-    for hub in range(work.status[HUBS]):
+def join_parts(hubs, found, motion):
+    """Give the first ``found`` hubs the mean velocity of their parts. Parts that nothing has changed add nothing, not even round-off."""
+    real = motion.dtype.type
+    for hub in range(found):
         row, first, parts = hubs[hub, ROW], hubs[hub, FIRST], hubs[hub, NUMBER]
         for k in range(6):
             before = motion[row, k]
