@@ -1,6 +1,6 @@
 """What ``soft_step`` does with a block of eight manifolds: prepare, warm start, solve, bounce, store. Bodies over lanes."""
 
-from atlasphys.engine.simd import full, gather, load, maximum, minimum, scatter, select, simd_kernel, store, vec
+from atlasphys.engine.simd import beside, full, gather, load, maximum, minimum, scatter, select, simd_kernel, store, vec
 from atlasphys.engine.solvers.contact_block import (
     CENTROID,
     COEFFICIENT,
@@ -233,8 +233,9 @@ class Pair:
 
 
 @simd_kernel
-def warm_start(points, locks, block, integers, blocks, motion, inverse_mass):
-    """Apply the impulses that the last substep ended with."""
+def warm_start(points, locks, block, other, integers, blocks, motion, inverse_mass):
+    """Apply the impulses that the last substep ended with, in two blocks of a colour, or twice the same."""
+    block = beside(block, other)
     pair = Pair(points, locks, block, integers, blocks, motion, inverse_mass)
     fields = pair.fields
     pair.press([load(blocks, block, fields.impulse + k) for k in range(points)])
@@ -246,14 +247,16 @@ def warm_start(points, locks, block, integers, blocks, motion, inverse_mass):
 
 
 @simd_kernel
-def solve(points, locks, relax, block, integers, blocks, motion, inverse_mass, soft):
-    """One visit: normal impulses, then friction within what they allow. (Friction in the relax pass alone would save an eighth of the step, but lets
+def solve(points, locks, relax, block, other, integers, blocks, motion, inverse_mass, soft):
+    """One visit of two blocks of a colour, or twice the same: normal impulses, then friction within what they allow. (Friction in the relax
+    pass alone would save an eighth of the step, but lets
     frictional piles gain energy: 1e-5 in a step of case 28.)
 
     ``soft``: inverse substep length [1/s]; rate and mass scale of contacts between dynamic bodies; the same of those with others; greatest speed
     at which overlap is pushed out [m/s]. In the ``relax`` pass contacts are rigid and do not push out, which takes back
     the speed that pushing gave; the impulses of the substep are final then and added to the totals.
     """
+    block = beside(block, other)
     pair = Pair(points, locks, block, integers, blocks, motion, inverse_mass)
     fields = pair.fields
     inverse_h, rate, mass_scale, stiff_rate, stiff_mass_scale, fastest = soft
