@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from atlasphys.engine.shapes.hull import tetrahedron as tetrahedron
     from atlasphys.engine.shapes.plane import Plane as Plane
     from atlasphys.engine.shapes.sphere import Sphere as Sphere
+    from atlasphys.engine.solvers.avbd import AVBD as AVBD
     from atlasphys.engine.solvers.sequential_impulse import SequentialImpulse as SequentialImpulse
     from atlasphys.engine.solvers.soft_step import SoftStep as SoftStep
     from atlasphys.errors import AtlasPhysError as AtlasPhysError
@@ -66,6 +67,7 @@ _HOMES = {
     "RemovedBodyError": "errors",
     "Scene": "scene.scene",
     "SceneError": "errors",
+    "AVBD": "engine.solvers.avbd",
     "SequentialImpulse": "engine.solvers.sequential_impulse",
     "SoftStep": "engine.solvers.soft_step",
     "Snapshot": "world.world",
