@@ -47,14 +47,16 @@ from atlasphys.engine.state.state import State
 
 @dataclass(frozen=True, slots=True)
 class AVBD:
-    iterations: int = 20
+    iterations: int = 10
     alpha: float = 0.95
     beta: float = 0.0
-    carry: float = 3.0
+    carry: float = 1.0
     gamma: float = 0.5
-    start: float = 10.0
+    start: float = 3.0
+    rest: float = 30.0
     most: float = 1e5
-    tol: float = 2e-4
+    tol: float = 3e-4
+    tau: float = 1.0
     filt: float = 0.5
     decay: float = 1.0
 
@@ -64,7 +66,7 @@ ROLLING_PENALTY, TORSION_PENALTY = 0, 1
 
 
 @routine
-def prepare(motion, inverse_mass, pairs, manifolds, count, points, frames, ratio, gamma, start, most):
+def prepare(motion, inverse_mass, pairs, manifolds, count, points, frames, ratio, gamma, start, rest, most):
     real = type(ratio)
     zero, one = real(0), real(1)
     contact, contact_points = manifolds.contact, manifolds.points
@@ -85,7 +87,8 @@ def prepare(motion, inverse_mass, pairs, manifolds, count, points, frames, ratio
             points[p, EFFECTIVE_MASS] = mass
             points[p, APPROACH] = vec.dot(n, relative_velocity(v_a, w_a, r_a, v_b, w_b, r_b))
             column = POINT_COLUMNS * k + PENALTY
-            manifolds.local[i, column] = min(max(gamma * manifolds.local[i, column], start * mass), most * mass)
+            old = manifolds.local[i, column]
+            manifolds.local[i, column] = min(max(gamma * old, (rest if old > 0 else start) * mass), most * mass)
             contact_points[i, POINT_COLUMNS * k + NORMAL_IMPULSE] *= ratio
             points[p, 1] = contact_points[i, POINT_COLUMNS * k + NORMAL_IMPULSE]
             f = vec.scale(vec.load_columns(manifolds.friction_impulse, i, 3 * k), ratio)
@@ -254,9 +257,10 @@ def moment_of(contact, row, n, spin, penalty, load):
 
 
 @routine
-def update_multipliers(motion, pairs, manifolds, count, points, frames, growth, carry, most):
+def update_multipliers(motion, pairs, manifolds, count, points, frames, growth, carry, speed, tau, most):
     contact, contact_points, local = manifolds.contact, manifolds.points, manifolds.local
-    error = growth - growth
+    real = type(growth)
+    error = real(0)
     for i in range(count):
         v_a, w_a = load_velocity(motion, pairs[i, 0])
         v_b, w_b = load_velocity(motion, pairs[i, 1])
@@ -270,16 +274,16 @@ def update_multipliers(motion, pairs, manifolds, count, points, frames, growth, 
             penalty = local[i, column]
             rubbed = vec.load_columns(manifolds.friction_impulse, i, 3 * k)
             impulse = contact_points[i, POINT_COLUMNS * k + NORMAL_IMPULSE]
+            excess = vec.dot(n, u) - points[p, TARGET]
             pressed, rubs, share = point_force(
-                impulse, rubbed, penalty, contact[i, FRICTION], n, u, points[p, TARGET]
+                impulse, rubbed, tau * penalty, contact[i, FRICTION], n, u, points[p, TARGET]
             )
-            excess = abs(vec.dot(n, u) - points[p, TARGET])
-            if pressed > 0:
-                local[i, column] = min(
-                    max(penalty + growth * points[p, EFFECTIVE_MASS] * excess, carry * pressed), most * points[p, EFFECTIVE_MASS]
-                )
+            if pressed > 0 and excess < 0:
+                mass = points[p, EFFECTIVE_MASS]
+                wanted = min(carry * pressed / (speed + abs(points[p, APPROACH])), real(4) * penalty)
+                local[i, column] = min(max(penalty - growth * mass * excess, wanted), most * mass)
             if pressed > 0 or impulse > 0:
-                error = max(error, excess * points[p, PRECISION])
+                error = max(error, abs(excess) * points[p, PRECISION])
             load += pressed
             contact_points[i, POINT_COLUMNS * k + NORMAL_IMPULSE] = pressed
             vec.store_columns(manifolds.friction_impulse, i, 3 * k, rubs)
@@ -322,14 +326,14 @@ def guess(bodies, body_count, pairs, manifolds, first, entries, gravity, h, iner
 @kernel
 def solve(
     bodies, body_count, colliders, manifolds, count, pairs, points, frames, first, entries, inertial, inertia,
-    gravity, h, ratio, iterations, bias, growth, carry, gamma, start, most, filt, tol, threshold, finest, tolerances,
+    gravity, h, ratio, iterations, bias, growth, carry, speed, tau, gamma, start, rest, most, filt, tol, threshold, finest, tolerances,
 ):  # fmt: skip
     """One step of length h for all bodies."""
     motion, inverse_mass = bodies.motion, bodies.inverse_mass
     for i in range(count):
         pairs[i, 0], pairs[i, 1] = colliders.body[manifolds.a[i]], colliders.body[manifolds.b[i]]
     list_contacts(bodies.kind, body_count, pairs, count, first, entries)
-    prepare(motion, inverse_mass, pairs, manifolds, count, points, frames, ratio, gamma, start, most)
+    prepare(motion, inverse_mass, pairs, manifolds, count, points, frames, ratio, gamma, start, rest, most)
     integrate_velocities(bodies, body_count, gravity, h)
     set_targets(
         motion, pairs, manifolds, count, points, h, bias, tolerances.slop, tolerances.max_correction, threshold, finest
@@ -351,7 +355,7 @@ def solve(
                     i, motion, inertial, inertia, mass, inverse_mass, bodies.locks[i], pairs, manifolds, points, frames, first, entries
                 )
                 change = max(change, moved)
-        error = update_multipliers(motion, pairs, manifolds, count, points, frames, growth, carry, most)
+        error = update_multipliers(motion, pairs, manifolds, count, points, frames, growth, carry, speed, tau, most)
         if error <= 1 and (s + 1 >= iterations or change <= tol):
             manifolds.contact[0,15] = s
             break
@@ -391,12 +395,15 @@ def advance(state: State, settings: AVBD, h: float) -> None:
         settings.iterations,
         real((1 - settings.alpha) / h),
         real(settings.beta * h / float(state.tolerances.slop)),
-        real(settings.carry / (h * np.linalg.norm(environment.gravity)) if any(environment.gravity) else 0.0),
+        real(settings.carry),
+        real(h * np.linalg.norm(environment.gravity) if any(environment.gravity) else state.tolerances.slop / h),
+        real(settings.tau),
         real(settings.gamma),
         real(settings.start),
+        real(settings.rest),
         real(settings.most),
         real(settings.filt),
-        real(settings.tol * float(state.tolerances.slop) / h),
+        real(settings.tol * h * np.linalg.norm(environment.gravity)),
         real(environment.restitution_threshold),
         real(FINEST[state.real.char]),
         state.tolerances,
