@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from atlasphys.world.world import World as World
 
 _HOMES = {
+    "AVBD": "engine.solvers.avbd",
     "AtlasPhysError": "errors",
     "Body": "world.body",
     "Box": "engine.shapes.box",
@@ -67,7 +68,6 @@ _HOMES = {
     "RemovedBodyError": "errors",
     "Scene": "scene.scene",
     "SceneError": "errors",
-    "AVBD": "engine.solvers.avbd",
     "SequentialImpulse": "engine.solvers.sequential_impulse",
     "SoftStep": "engine.solvers.soft_step",
     "Snapshot": "world.world",

@@ -22,6 +22,7 @@ FLOAT_TO_DOUBLE = {
     "fused.run_steps": "centres are positions; what stands for a plane's centre is a point of a lattice",
     "narrowphase.pairs.plane_convex.plane_convex": "distances from planes are taken from positions",
     "shapes.bounds.update_bounds": "bounds are positions",
+    "solvers.avbd.solve": "centres and origins are positions",
     "solvers.sequential_impulse.solve": "centres and origins are positions",
     "state.pose.refresh": "centres are positions",
     "state.state.non_finite_rows": "one sum of zeros over positions and the rest",

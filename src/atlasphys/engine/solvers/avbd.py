@@ -245,8 +245,8 @@ def patch_moment(contact, i, n, spin, penalty, load):
 
 
 @routine
-def descend(i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, first, entries):
-    """Solve body i's own system H Δv = f and move it. Returns the greatest change of its velocities.
+def descend(i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, first, entries, length_unit):
+    """Solve body i's own system H Δv = f and move it. Returns the greatest change of speed, that of points a length unit away included.
 
     H = M + Σ k Jᵀ J over its contact points, where J is the 3×6 matrix of the point's velocity, [1, −r×]. With k alike in all directions
     across and along n, but for what slips, the sums Σ k, Σ k r and Σ k r rᵀ give all of it. Constraints are linear in the step, so
@@ -336,6 +336,7 @@ def descend(i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, f
         straight, mixed, turning, force, torque = lock(bodies.locks[i], straight, mixed, turning, force, torque)
     dv, dw = solve_6x6(straight, mixed, turning, force, torque)
     store_velocity(motion, i, vec.add(v, dv), vec.add(w, dw))
+    dw = vec.scale(dw, length_unit)
     return max(abs(dv[0]), abs(dv[1]), abs(dv[2]), abs(dw[0]), abs(dw[1]), abs(dw[2]))
 
 
@@ -361,12 +362,13 @@ def lock(locks, a, b, d, force, torque):
 
 
 @routine
-def update_multipliers(motion, pairs, manifolds, count, points, stiffness, beta, fall):
+def update_multipliers(motion, pairs, manifolds, count, points, stiffness, beta, fall, most_mass):
     """λ ← f for all contacts, and greater penalties where the load asks for them while the bodies still come closer.
 
     A load of weight m g h asks for the penalty β m: with it the contact gives way by g h, as much as if the mass fell freely for this step. At
-    impacts the speed of approach counts beside g h (``fall``), so that a fast body does not count as a heavy one. Returns the greatest
-    error in speed at a bounce, in units of what is allowed.
+    impacts the speed of approach counts beside g h (``fall``), so that a fast body does not count as a heavy one; and no contact carries more
+    than all there is (``most_mass``), not even one between bodies that are jammed. Returns the greatest error in speed at a bounce, in units of
+    what is allowed.
     """
     real = type(beta)
     contact, contact_points, local = manifolds.contact, manifolds.points, manifolds.local
@@ -385,7 +387,8 @@ def update_multipliers(motion, pairs, manifolds, count, points, stiffness, beta,
             pressed, rubs, _ = contact_force(multiplier, rubbed, penalty, contact[i, FRICTION], n, u, points[p, TARGET])
             excess = vec.dot(n, u) - points[p, TARGET]
             if excess < 0:
-                wanted = min(beta * pressed / (fall + abs(points[p, APPROACH])), real(FASTEST_RISE) * penalty)
+                carried = min(pressed / (fall + abs(points[p, APPROACH])), most_mass)
+                wanted = min(beta * carried, real(FASTEST_RISE) * penalty)
                 local[i, column + PENALTY] = min(max(penalty, wanted), real(MOST_PENALTY) * points[p, EFFECTIVE_MASS])
             if pressed > 0 or multiplier > 0:
                 error = max(error, abs(excess) * points[p, PRECISION])
@@ -417,7 +420,8 @@ def report(manifolds, count, points, smoothing):
 @kernel
 def solve(
     bodies, body_count, colliders, manifolds, count, pairs, points, stiffness, first, entries, inertial, inertia, parent, free, sums,
-    gravity, h, ratio, iterations, bias, beta, gamma, least_penalty, smoothing, fall, least_change, threshold, finest, tolerances,
+    gravity, h, ratio, iterations, bias, beta, gamma, least_penalty, smoothing, fall, least_change, length_unit,
+    threshold, finest, tolerances,
 ):  # fmt: skip
     """One step of length h for all bodies."""
     motion = bodies.motion
@@ -431,6 +435,10 @@ def solve(
         motion, pairs, manifolds, count, points, h, bias, tolerances.slop, tolerances.max_correction, threshold, finest
     )
     guess(bodies, body_count, manifolds, first, entries, gravity, h, inertial, inertia)
+    most_mass = h - h
+    for i in range(body_count):
+        if bodies.kind[i] == DYNAMIC:
+            most_mass += bodies.mass[i, 0]
     for s in range(BOUNCE_SWEEPS * iterations):
         change = h - h
         for j in range(
@@ -438,9 +446,13 @@ def solve(
         ):  # forth and back: in one direction only, stiff contacts make the multipliers diverge
             i = j if j < body_count else 2 * body_count - 1 - j
             if bodies.kind[i] == DYNAMIC and first[i] < first[i + 1]:
-                moved = descend(i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, first, entries)
+                moved = descend(
+                    i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, first, entries, length_unit
+                )
                 change = max(change, moved)
-        error = update_multipliers(motion, pairs, manifolds, count, points, stiffness, beta, fall)
+        error = update_multipliers(
+            motion, pairs, manifolds, count, points, stiffness, beta if s < iterations else h - h, fall, most_mass
+        )
         if error <= 1 and (s + 1 >= iterations or change <= least_change):
             break
     keep_momenta(bodies, body_count, inertial, inertia, parent, free, sums)
@@ -477,6 +489,7 @@ def advance(state: State, settings: AVBD, h: float) -> None:
         real(settings.smoothing),
         real(fall if fall > 0 else slop / h),
         real(settings.tolerance * fall),
+        real(environment.length_unit),
         real(environment.restitution_threshold),
         real(FINEST[state.real.char]),
         state.tolerances,
