@@ -455,7 +455,7 @@ def solve(
         )
         if error <= 1 and (s + 1 >= iterations or change <= least_change):
             break
-    keep_momenta(bodies, body_count, inertial, inertia, parent, free, sums, finest)
+    keep_momenta(bodies, body_count, inertial, inertia, parent, free, sums)
     report(manifolds, count, points, smoothing)
     integrate_positions(bodies, body_count, h)
     place_origins(bodies, body_count)

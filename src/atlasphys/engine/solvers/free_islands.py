@@ -45,11 +45,10 @@ def list_free_islands(bodies, body_count, pairs, count, parent, free):
 
 
 @routine
-def keep_momenta(bodies, body_count, before, inertia, parent, free, sums, finest):
+def keep_momenta(bodies, body_count, before, inertia, parent, free, sums):
     """Give each free island the momenta back that it would have with the velocities ``before`` (bodies, 6).
 
-    ``inertia`` (bodies, 6): the tensors in world axes. ``sums`` (bodies, SUM_COLUMNS) is scratch. ``finest``, a little above round-off: share of the
-    moments of inertia that is added to each, for without it a long row of small bodies would be given any spin about its line.
+    ``inertia`` (bodies, 6): the tensors in world axes. ``sums`` (bodies, SUM_COLUMNS) is scratch.
     """
     motion, center, mass = bodies.motion, bodies.center, bodies.mass
     real = type(motion[0, 0])
@@ -83,7 +82,6 @@ def keep_momenta(bodies, body_count, before, inertia, parent, free, sums, finest
                 sums[i, TENSOR], sums[i, TENSOR + 1], sums[i, TENSOR + 2],
                 sums[i, TENSOR + 3], sums[i, TENSOR + 4], sums[i, TENSOR + 5],
             )  # fmt: skip
-            tensor = mat.sym_add_scalar(tensor, finest * (tensor[0] + tensor[1] + tensor[2]))
             lost, lost_spin = vec.load_columns(sums, i, LOST), vec.load_columns(sums, i, LOST_SPIN)
             shift, turn = solve_6x6(
                 (m, m, m, zero, zero, zero), (zero, -z, y, z, zero, -x, -y, x, zero), tensor, vec.neg(lost), vec.neg(lost_spin)
