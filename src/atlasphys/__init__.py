@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from atlasphys.engine.shapes.hull import tetrahedron as tetrahedron
     from atlasphys.engine.shapes.plane import Plane as Plane
     from atlasphys.engine.shapes.sphere import Sphere as Sphere
+    from atlasphys.engine.solvers.avbd import AVBD as AVBD
     from atlasphys.engine.solvers.sequential_impulse import SequentialImpulse as SequentialImpulse
     from atlasphys.engine.solvers.soft_step import SoftStep as SoftStep
     from atlasphys.errors import AtlasPhysError as AtlasPhysError
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from atlasphys.world.world import World as World
 
 _HOMES = {
+    "AVBD": "engine.solvers.avbd",
     "AtlasPhysError": "errors",
     "Body": "world.body",
     "Box": "engine.shapes.box",

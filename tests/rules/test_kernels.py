@@ -25,6 +25,7 @@ FLOAT_TO_DOUBLE = {
     "narrowphase.addresses.plane_convex_address": "distances from planes are taken from positions",
     "narrowphase.pairs.plane_convex.plane_convex": "distances from planes are taken from positions",
     "shapes.bounds.update_bounds": "bounds are positions",
+    "solvers.avbd.solve": "centres and origins are positions",
     "solvers.sequential_impulse.solve": "centres and origins are positions",
     "state.pose.refresh": "centres are positions",
     "state.state.non_finite_rows": "one sum of zeros over positions and the rest",

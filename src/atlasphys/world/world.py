@@ -44,6 +44,7 @@ NARROWPHASES = ("auto", "gjk_epa", "sat")
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {"broadphase": "tree", "narrowphase": "auto", "solver": "soft_step"},
     "classic": {"broadphase": "sweep", "narrowphase": "gjk_epa", "solver": "sequential_impulse"},
+    "avbd": {"broadphase": "tree", "narrowphase": "auto", "solver": "avbd"},
 }
 """Name → arguments of ``World`` that it stands for."""
 
@@ -91,8 +92,8 @@ class World:
     Args:
         gravity: acceleration of free fall [m/s²], (3,).
         preset: a named set of the arguments below; explicit ones override it. ``"default"``: tree, auto, soft_step. ``"classic"``: sweep and prune,
-            GJK + EPA, sequential impulses with position projection.
-        solver: name of a solver, ``"soft_step"`` or ``"sequential_impulse"``, or its settings, ``ap.SoftStep(contact_recycling=False)``.
+            GJK + EPA, sequential impulses with position projection. ``"avbd"``: tree, auto, avbd, for extreme ratios of masses.
+        solver: name of a solver, ``"soft_step"``, ``"sequential_impulse"`` or ``"avbd"``, or its settings, ``ap.SoftStep(contact_recycling=False)``.
         narrowphase: ``"gjk_epa"`` or ``"sat"`` forces one method for all convex pairs that it can serve; ``"auto"`` picks the
             fastest right one per pair.
         broadphase: ``"tree"`` (bounding volume hierarchies over fat boxes, kept from step to step), ``"sweep"`` (sweep and prune) or ``"brute"`` (all
