@@ -21,6 +21,7 @@ FLOAT_TO_DOUBLE = {
     "broadphase.tree.pairs_with_planes": "heights above planes are taken from positions",
     "fused.detection.detection_address": "centres are positions; what stands for a plane's centre is a point of a lattice",
     "fused.response.response_address": "positions are centres moved by what single precision holds",
+    "fused.response.response_address_with_locks": "the same",
     "fused.steps.run_steps": "travelled ways are sums",
     "narrowphase.addresses.plane_convex_address": "distances from planes are taken from positions",
     "narrowphase.pairs.plane_convex.plane_convex": "distances from planes are taken from positions",
