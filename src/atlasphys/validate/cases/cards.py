@@ -1,8 +1,8 @@
 """Case 26: two cards that lean on each other.
 
-Each card of length L and thickness t leans at α from the vertical; they touch along the upper edges of their inner faces. By symmetry the force there is
-horizontal. Moments about a card's foot, the lower edge of that face, give H L cos α = m g (½ L sin α − ½ t cos α), and the ground carries N = m g and has to
-hold H ≤ μ N: they stand iff μ ≥ ½ (tan α − t/L), for thin cards ½ tan α.
+Each card of length L and thickness t leans at α from the vertical; they touch along the upper edges of their inner faces. By symmetry the force
+there is horizontal. Moments about a card's foot, the lower edge of that face, give H L cos α = m g (½ L sin α − ½ t cos α), and the ground
+carries N = m g and has to hold H ≤ μ N: they stand iff μ ≥ ½ (tan α − t/L), for thin cards ½ tan α.
 """
 
 from __future__ import annotations

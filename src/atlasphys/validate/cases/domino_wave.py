@@ -1,8 +1,8 @@
 """Case 27: a wave of falling dominoes.
 
-Its speed depends on the dominoes' length l, on g and on numbers without a unit (shape, spacing, friction, restitution). The only speed that l and g make is
-√(g l), so with all lengths scaled by s, or g by s, the wave is √s times as fast (dimensional analysis; Efthimiou and Johnson 2007).
-The step, the engine's tolerances and the size for which they are meant stay the same, so that only the physics scales.
+Its speed depends on the dominoes' length l, on g and on numbers without a unit (shape, spacing, friction, restitution). The only speed that l and
+g make is √(g l), so with all lengths scaled by s, or g by s, the wave is √s times as fast (dimensional analysis; Efthimiou and Johnson 2007). The
+step, the engine's tolerances and the size for which they are meant stay the same, so that only the physics scales.
 """
 
 from __future__ import annotations

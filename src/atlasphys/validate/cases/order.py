@@ -1,7 +1,7 @@
 """Case 32: the order of the integrator.
 
-Semi-implicit Euler errs from the parabola y0 + v0 t − ½ g t² by ½ g t h at time t: in proportion to the step. Its error in the period of an oscillation is
-of second order (cases 10 and 11 show it for rotation; the pendulum's needs a joint). The order is the slope of the logarithms.
+Semi-implicit Euler errs from the parabola y0 + v0 t − ½ g t² by ½ g t h at time t: in proportion to the step. Its error in the period of an
+oscillation is of second order (cases 10 and 11 show it for rotation; the pendulum's needs a joint). The order is the slope of the logarithms.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Case 30: Painlevé's rod.
 
-The lower end of a uniform rod slides along the ground, leading; the rod rises behind it at an angle θ. The end's normal acceleration per unit of normal force N is
-(1 + 3 cos² θ − 3 μ sin θ cos θ)/m, which is negative for μ = 1.6 and tan θ from 1.08 to 3.72: N drives the end into the ground, no finite N holds it
-there, and rigid bodies with Coulomb friction have no consistent answer (Painlevé 1895; possible from μ = 4/3 on, Génot and Brogliato 1999). In
-nature the end jams. An engine must go on with finite numbers and gain no energy.
+The lower end of a uniform rod slides along the ground, leading; the rod rises behind it at an angle θ. The end's normal acceleration per unit of
+normal force N is (1 + 3 cos² θ − 3 μ sin θ cos θ)/m, which is negative for μ = 1.6 and tan θ from 1.08 to 3.72: N drives the end into the ground,
+no finite N holds it there, and rigid bodies with Coulomb friction have no consistent answer (Painlevé 1895; possible from μ = 4/3 on, Génot and
+Brogliato 1999). In nature the end jams. An engine must go on with finite numbers and gain no energy.
 """
 
 from __future__ import annotations

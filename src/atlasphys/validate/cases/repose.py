@@ -1,8 +1,8 @@
 """Case 31: the angle of repose.
 
-A heap of grains is the steeper the rougher they are: its angle rises with μ and with rolling friction. There is no closed form for it, but the trend is
-found in every experiment (Zhou et al. 1999). A column of balls collapses on ground of the same material; the angle of the heap
-follows from means that a cone of height h and base R has, h/4 for the height and R/2 for the distance from the axis.
+A heap of grains is the steeper the rougher they are: its angle rises with μ and with rolling friction. There is no closed form for it, but the
+trend is found in every experiment (Zhou et al. 1999). A column of balls collapses on ground of the same material; the angle of the heap follows
+from means that a cone of height h and base R has, h/4 for the height and R/2 for the distance from the axis.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Case 18: a flat disc that spins to rest.
 
-A disc of radius R that presses evenly on the ground rubs with τ = ∫ μ p r dA = ⅔ μ m g R, as a patch of effective radius 2R/3 does, and
-I = ½ m R² comes to rest after t = I ω0/τ = 3 R ω0/(4 μ g), having turned by ½ ω0 t. The patch is tested with one contact point: a ball with a disc's moments
-of inertia. A cylinder's four contact points on the rim rub with τ = μ m g R instead, and stop it after t = R ω0/(2 μ g).
+A disc of radius R that presses evenly on the ground rubs with τ = ∫ μ p r dA = ⅔ μ m g R, as a patch of effective radius 2R/3 does, and I = ½ m
+R² comes to rest after t = I ω0/τ = 3 R ω0/(4 μ g), having turned by ½ ω0 t. The patch is tested with one contact point: a ball with a disc's
+moments of inertia. A cylinder's four contact points on the rim rub with τ = μ m g R instead, and stop it after t = R ω0/(2 μ g).
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ class Box3DWorld(PeerWorld):
 
     def _contacts(self) -> list[tuple[int, int, float, float]]:
         rows = {_key(body.id): row for row, body in enumerate(self._bodies)}
-        found = []
+        found: list[tuple[int, int, float, float]] = []
         for row, body in enumerate(self._bodies):
             capacity = lib.b3Body_GetContactCapacity(body.id)
             buffer = ffi.new("b3ContactData[]", max(capacity, 1))
@@ -76,9 +76,11 @@ class Box3DWorld(PeerWorld):
                 a, b = (rows[_key(lib.b3Shape_GetBody(shape))] for shape in (contact.shapeIdA, contact.shapeIdB))
                 if row != max(a, b):  # each contact is listed with both of its bodies
                     continue
-                for manifold in contact.manifolds[0 : contact.manifoldCount]:
-                    for point in manifold.points[0 : manifold.pointCount]:
-                        found.append((a, b, -point.separation, point.totalNormalImpulse))
+                found += [
+                    (a, b, -point.separation, self.substeps * point.normalImpulse)
+                    for manifold in contact.manifolds[0 : contact.manifoldCount]
+                    for point in manifold.points[0 : manifold.pointCount]
+                ]
         return found
 
 

@@ -35,8 +35,10 @@ class MuJoCoWorld(PeerWorld):
             raise NotOfferedError("of two coefficients of friction the larger counts")
         geom: dict[str, Any] = {"friction": (item.friction, 0.0, 0.0), "condim": 3}
         if item.torsional_friction or item.rolling_friction:
-            effective = (item.friction * length for length in (item.torsional_friction, item.rolling_friction))
-            geom = {"friction": (item.friction, *effective), "condim": 6}
+            patch = (
+                item.friction * item.torsional_friction
+            )  # torsion is bounded by a length times N, here by μ times it
+            geom = {"friction": (item.friction, patch, item.rolling_friction), "condim": 6}
         kinds = mujoco.mjtGeom
         match item.shape:
             case Plane(normal=normal, offset=offset):

@@ -40,9 +40,11 @@ class PyBulletWorld(PeerWorld):
         root = math.sqrt(item.friction)
         pybullet.changeDynamics(
             body, -1, lateralFriction=root, restitution=1.0 if item.static else item.restitution,
-            # It adds up each body's spinning and rolling friction times the other's coefficient.
-            spinningFriction=root * item.torsional_friction, rollingFriction=root * item.rolling_friction,
-            linearDamping=0.0, angularDamping=0.0, maxJointVelocity=1e9, **client,
+            # It adds up each body's spinning and rolling friction times the other's coefficient. In our cases one body of a pair has
+            # torsional friction, and its limit is μ times it; both have the same rolling friction, which is a length by itself.
+            spinningFriction=root * item.torsional_friction,
+            rollingFriction=0.5 * item.rolling_friction / root if root else 0.0,
+            linearDamping=0.0, angularDamping=0.0, **client,
         )  # fmt: skip
         if not item.static:
             pybullet.changeDynamics(body, -1, localInertiaDiagonal=item.moments, **client)
