@@ -62,7 +62,7 @@ def validate(
     outcomes, interrupted = _run(runner.plan(chosen, entries, steps))
     if not outcomes:
         return INTERRUPTED
-    files = []
+    files: list[Path] = []
     if out is not None:
         files, stopped = _write(out, outcomes, entries, interrupted)
         interrupted = interrupted or stopped

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from atlasphys.validate.case import Case
@@ -55,11 +56,11 @@ def print_table(outcomes: Sequence[Outcome]) -> None:
         )
         for name, limit in case.tolerances.items():
             cells = [_cell(grid, case, name, contender) for contender in grid.contenders]
-            table.add_row(f"  {name}", _number(limit), *cells)
+            table.add_row(escape(f"  {name}"), _number(limit), *cells)
             if name in case.orders:
                 orders = (grid.orders(case, name, contender) for contender in grid.contenders)
                 shown = ("" if order is None else f"{order:.1f}" for order in orders)
-                table.add_row("    order in dt", f"{case.orders[name]:g}", *shown, style="dim")
+                table.add_row("    order", f"{case.orders[name]:g}", *shown, style="dim")
     console = Console(highlight=False)
     console.print(table)
     console.print("✓ passed, ✗ failed: the greatest error as a share of its tolerance; – not offered\n")
@@ -177,6 +178,8 @@ def write_report(folder: Path, outcomes: Sequence[Outcome], pictures: Sequence[t
 
 def _share(score: float) -> str:
     """A score in percent, or in multiples where it is large."""
+    if 0 < score < 0.01:
+        return "<1 %"
     return "∞" if math.isinf(score) else f"{100 * score:.0f} %" if score < 10 else f"{score:.0e}×"
 
 

@@ -8,6 +8,7 @@ from means that a cone of height h and base R has, h/4 for the height and R/2 fo
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -23,15 +24,15 @@ MATERIALS = ((0.1, 0.1), (0.5, 0.1), (0.5, 0.4))
 def angle(make_world: MakeWorld, friction: float, rolling: float, dt: float) -> float:
     """Angle of the heap [degrees]."""
     world = make_world(gravity=(0, -G, 0))
-    material = {"friction": friction, "rolling_friction": rolling * RADIUS}
+    material: dict[str, Any] = {"friction": friction, "rolling_friction": rolling * RADIUS}
     world.add(ap.Plane(normal=(0, 1, 0)), **material)
     random = np.random.default_rng(31)
     for layer in range(LAYERS):
         for i in range(SIDE):
             for k in range(SIDE):
                 aside = 2.05 * RADIUS * (np.array([i, k]) - 0.5 * (SIDE - 1)) + random.uniform(-0.01, 0.01, 2)
-                position = (aside[0], RADIUS * (1 + 2.02 * layer), aside[1])
-                world.add(ap.Sphere(radius=RADIUS), position=position, **material)
+                place = (aside[0], RADIUS * (1 + 2.02 * layer), aside[1])
+                world.add(ap.Sphere(radius=RADIUS), position=place, **material)
     world.run(seconds=SECONDS, dt=dt)
     position = world.bodies.position[1:]
     away = np.hypot(position[:, 0], position[:, 2])

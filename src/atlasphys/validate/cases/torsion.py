@@ -7,6 +7,8 @@ moments of inertia. A cylinder's four contact points on the rim rub with τ = μ
 
 from __future__ import annotations
 
+from typing import Any
+
 import atlasphys as ap
 from atlasphys.validate.case import Case, Curve, G, MakeWorld, record, relative
 from atlasphys.world.body import Body
@@ -22,11 +24,11 @@ def spinning(make_world: MakeWorld, *, rim: bool) -> tuple[World, Body]:
     world = make_world(gravity=(0, -G, 0))
     world.add(ap.Plane(normal=(0, 1, 0)), friction=FRICTION)
     square = MASS * RADIUS**2
-    moving = {"angular_velocity": (0, SPIN, 0), "mass": MASS, "friction": FRICTION}
+    moving: dict[str, Any] = {"angular_velocity": (0, SPIN, 0), "mass": MASS, "friction": FRICTION}
     if rim:
         return world, world.add(ap.Cylinder(radius=RADIUS, length=0.2), position=(0, 0.1, 0), **moving)
     inertia = (square / 4, square / 2, square / 4)
-    patch = {"inertia": inertia, "torsional_friction": 2 * RADIUS / 3}
+    patch: dict[str, Any] = {"inertia": inertia, "torsional_friction": 2 * RADIUS / 3}
     return world, world.add(ap.Sphere(radius=RADIUS), position=(0, RADIUS, 0), **patch, **moving)
 
 

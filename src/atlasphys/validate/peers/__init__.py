@@ -26,18 +26,21 @@ from atlasphys.world.views import Energy
 Doubles = npt.NDArray[np.float64]
 
 
+Vector = tuple[float, float, float]
+
+
 class Item(NamedTuple):
     """A body as a case describes it."""
 
     shape: Any
     static: bool
-    position: tuple[float, ...]
-    orientation: tuple[float, ...]
+    position: Vector
+    orientation: tuple[float, float, float, float]
     """Unit quaternion (w, x, y, z)."""
-    velocity: tuple[float, ...]
-    angular_velocity: tuple[float, ...]
+    velocity: Vector
+    angular_velocity: Vector
     mass: float
-    moments: tuple[float, ...]
+    moments: Vector
     """Of inertia about the shape's axes [kg m²]."""
     friction: float
     restitution: float
@@ -98,7 +101,7 @@ class PeerWorld:
         sleeping: bool = False,
         length_unit: float = 1.0,
     ) -> None:
-        self.gravity = tuple(float(g) for g in gravity)
+        self.gravity = _vector(gravity)
         self.time = 0.0
         self._items: list[Item] = []
         self._rows: Rows | None = None
@@ -130,9 +133,9 @@ class PeerWorld:
             if properties.principal != (1.0, 0.0, 0.0, 0.0) or any(properties.center):
                 raise NotImplementedError("bodies whose principal axes are not their shape's")
             weight, moments = properties.mass, properties.moments
-        turned = np.array(orientation, float)
+        w, x, y, z = np.array(orientation, float) / np.linalg.norm(orientation)
         item = Item(
-            shape, static, _floats(position), _floats(turned / np.sqrt(turned @ turned)), _floats(velocity), _floats(angular_velocity),
+            shape, static, _vector(position), (float(w), float(x), float(y), float(z)), _vector(velocity), _vector(angular_velocity),
             weight, moments, friction, restitution, torsional_friction, rolling_friction,
         )  # fmt: skip
         with quiet():
@@ -234,8 +237,9 @@ def _density(mass: float | None, density: float | None) -> float | None:
     return 1000.0 if mass is None and density is None else density
 
 
-def _floats(values: Any) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)
+def _vector(values: Any) -> Vector:
+    x, y, z = values
+    return float(x), float(y), float(z)
 
 
 @contextmanager

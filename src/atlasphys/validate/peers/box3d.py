@@ -34,12 +34,13 @@ class Box3DWorld(PeerWorld):
     def _add(self, item: Item) -> None:
         refuse_rolling(item)
         material = {"friction": item.friction, "restitution": item.restitution}
-        position, orientation = item.position, item.orientation
+        position: Any = item.position
+        orientation: Any = item.orientation
         if isinstance(item.shape, Plane):
             normal = np.array(item.shape.normal)
             position = normal * (item.shape.offset - 0.5 * DEPTH)
             half = np.array([1 + normal[1], normal[2], 0.0, -normal[0]])  # from y to the normal: (1 + y · n, y × n)
-            orientation = tuple(half / np.sqrt(half @ half))
+            orientation = half / np.sqrt(half @ half)
         w, x, y, z = orientation
         kind = "static" if item.static else "dynamic"
         body = self._world.create_body(position=position, rotation=(x, y, z, w), kind=kind)
