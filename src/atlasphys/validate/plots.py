@@ -83,7 +83,7 @@ def plot_errors(path: Path, outcomes: Sequence[Outcome]) -> Path | None:
         panel.grid(which="major", alpha=0.25)
     for panel in axes[:, 0]:
         panel.set_ylabel("error / tolerance", fontsize=8)
-    return _finish(
+    return finish(
         figure, path, [(title, look[title]) for title in look], "step [s]; dotted: the case's own, where it is judged"
     )
 
@@ -128,10 +128,11 @@ def plot_trajectories(
             panel.grid(alpha=0.25)
     handles = [(title, look[title]) for title in look]
     handles.append(("exact", {"color": "black", "linestyle": (0, (1, 3)), "linewidth": 1.6}))
-    return _finish(figure, path, handles, "time [s]; below each: found − exact, as a share of the curve's range")
+    return finish(figure, path, handles, "time [s]; below each: found − exact, as a share of the curve's range")
 
 
-def _finish(figure: Any, path: Path, handles: Sequence[tuple[str, Mapping[str, Any]]], label: str) -> Path:
+def finish(figure: Any, path: Path, handles: Sequence[tuple[str, Mapping[str, Any]]], label: str) -> Path:
+    """Add a legend from titles and line styles, and a label below, and save."""
     plt = pyplot()
     lines = [plt.Line2D([], [], **style) for _, style in handles]
     figure.legend(
