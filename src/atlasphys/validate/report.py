@@ -180,7 +180,9 @@ def _share(score: float) -> str:
     """A score in percent, or in multiples where it is large."""
     if 0 < score < 0.01:
         return "<1 %"
-    return "∞" if math.isinf(score) else f"{100 * score:.0f} %" if score < 10 else f"{score:.0e}×"
+    if math.isinf(score):
+        return "∞"
+    return f"{100 * score:.0f} %" if score < 10 else f"{score:.0f}×" if score < 1000 else f"{score:.0e}×"
 
 
 def _number(value: float | None) -> str:
