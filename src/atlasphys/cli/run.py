@@ -126,6 +126,7 @@ def parameters_of(words: list[str]) -> dict[str, str]:
 
 
 def positive(name: str, value: float) -> float:
+    """A number of seconds greater than 0, which an option of this name gave."""
     if not (math.isfinite(value) and value > 0):
         raise InvalidArgumentError(f"{name} must be a number of seconds greater than 0 (got {value:g})")
     return value

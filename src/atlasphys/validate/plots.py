@@ -16,8 +16,8 @@ from atlasphys.validate.runner import Outcome
 COLORS = ("#1f77b4", "#e6550d", "#2ca02c", "#c51b8a", "#8c6d31", "#17a2b8")
 PEER_COLORS = {"rapier": "#d95f02", "box3d": "#7570b3", "pybullet": "#1b9e77", "mujoco": "#666666"}
 COLUMNS = 4
-LEAST_SHARE = 1e-6
-"""Errors below this share of their tolerance are drawn as this."""
+LEAST_SHARE, GREATEST_SHARE = 1e-4, 1e3
+"""Errors beyond these shares of their tolerance are drawn as these."""
 
 
 def pyplot() -> Any:
@@ -31,12 +31,17 @@ def pyplot() -> Any:
 
 
 def styles(names: Sequence[tuple[str, str, bool]]) -> dict[str, dict[str, Any]]:
-    """Line styles by title, from names, titles and whether they are peers: peers are dashed."""
+    """Line styles by title, from names, titles and whether they are peers: peers are dashed, and of ours those drawn first are wider, so that
+    lines that coincide are seen."""
     own = [title for _, title, is_peer in names if not is_peer]
     return {
         title: {"color": PEER_COLORS.get(name, "black"), "linestyle": "--", "linewidth": 1.0}
         if is_peer
-        else {"color": COLORS[own.index(title) % len(COLORS)], "linestyle": "-", "linewidth": 1.6}
+        else {
+            "color": COLORS[own.index(title) % len(COLORS)],
+            "linestyle": "-",
+            "linewidth": max(3.0 - own.index(title), 1.0),
+        }
         for name, title, is_peer in names
     }
 
@@ -68,13 +73,15 @@ def plot_errors(path: Path, outcomes: Sequence[Outcome]) -> Path | None:
     for panel, (case, lines) in zip(axes.flat, panels, strict=False):
         for title, points in lines.items():
             dts, scores = np.array(points).T
-            panel.plot(dts, scores.clip(LEAST_SHARE, 1e6), marker="o", markersize=3, label=title, **look[title])
+            panel.plot(
+                dts, scores.clip(LEAST_SHARE, GREATEST_SHARE), marker="o", markersize=3, label=title, **look[title]
+            )
         panel.axhline(1, color="black", linewidth=0.8)
         panel.axvline(case.dt, color="black", linewidth=0.8, linestyle=":")
         panel.set_xscale("log", base=2)
         panel.set_yscale("log")
         low, high = panel.get_ylim()
-        panel.set_ylim(max(low, 0.3 * LEAST_SHARE), max(high, 3))
+        panel.set_ylim(min(low, 0.3), max(high, 3))
         ticks = sorted({dt for points in lines.values() for dt, _ in points})
         panel.set_xticks(ticks, [_step(dt) for dt in ticks])
         panel.xaxis.set_minor_locator(plt.NullLocator())
@@ -84,7 +91,10 @@ def plot_errors(path: Path, outcomes: Sequence[Outcome]) -> Path | None:
     for panel in axes[:, 0]:
         panel.set_ylabel("error / tolerance", fontsize=8)
     return finish(
-        figure, path, [(title, look[title]) for title in look], "step [s]; dotted: the case's own, where it is judged"
+        figure,
+        path,
+        [(title, look[title]) for title in look],
+        f"step [s]; dotted: the case's own, where it is judged; drawn from {LEAST_SHARE:g} to {GREATEST_SHARE:g} of the tolerance",
     )
 
 
@@ -101,14 +111,10 @@ def plot_trajectories(
     columns = min(COLUMNS, len(curves))
     rows = math.ceil(len(curves) / columns)
     plt = pyplot()
-    figure, axes = plt.subplots(
-        2 * rows, columns, figsize=(3.6 * columns, 4.0 * rows + 0.8), squeeze=False, height_ratios=[2, 1] * rows
-    )
-    for place in range(len(curves), rows * columns):
-        for k in (0, 1):
-            axes[2 * (place // columns) + k][place % columns].set_visible(False)
+    figure = plt.figure(figsize=(3.6 * columns, 3.6 * rows + 0.8))
+    cells = figure.add_gridspec(rows, columns)
     for place, (number, found) in enumerate(curves.items()):
-        upper, lower = (axes[2 * (place // columns) + k][place % columns] for k in (0, 1))
+        upper, lower = cells[divmod(place, columns)].subgridspec(2, 1, height_ratios=[2, 1]).subplots(sharex=True)
         for title, curve in found.items():
             upper.plot(curve.times, curve.found, **look[title])
             lower.plot(curve.times, curve.found - curve.exact, **look[title])
@@ -117,7 +123,6 @@ def plot_trajectories(
         spread = max(float(np.ptp(exact.exact)), 1e-12)
         upper.set_ylim(exact.exact.min() - 0.15 * spread, exact.exact.max() + 0.15 * spread)
         upper.set_title(f"{number} {names[number]}\n{exact.quantity}", fontsize=9)
-        upper.tick_params(labelbottom=False)
         lower.axhline(0, color="black", linewidth=0.8)
         lower.set_yscale("symlog", linthresh=1e-3 * spread)
         lower.set_ylim(-2 * spread, 2 * spread)
@@ -135,12 +140,11 @@ def finish(figure: Any, path: Path, handles: Sequence[tuple[str, Mapping[str, An
     """Add a legend from titles and line styles, and a label below, and save."""
     plt = pyplot()
     lines = [plt.Line2D([], [], **style) for _, style in handles]
-    figure.legend(
-        lines, [title for title, _ in handles], loc="upper center", ncols=min(len(lines), 7), frameon=False, fontsize=9
-    )
+    titles = [title for title, _ in handles]
+    figure.set_layout_engine("constrained")
+    figure.legend(lines, titles, loc="outside upper center", ncols=min(len(lines), 7), frameon=False, fontsize=9)
     figure.supxlabel(label, fontsize=9)
-    figure.tight_layout(rect=(0, 0, 1, 1 - 0.4 / figure.get_figheight()))
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=100)
     plt.close(figure)
     return path
 

@@ -600,21 +600,22 @@ class World:
         return MappingProxyType(self._profile)
 
     def residuals(self) -> Residuals:
-        """What the end of the last step lacks from the laws of contact, for any solver: ``complementarity`` [N s], ``cone`` [N s], ``work`` [J] and ``depth``
-        [m], an entry for each contact point, those of pairs that are only near included. See ``solver_trace`` for what they are.
+        """What the end of the last step lacks from the laws of contact, for any solver: ``complementarity`` [N s], ``cone`` [N s], ``work`` [J] and
+        ``depth`` [m], an entry for each contact point, those of pairs that are only near included. See ``solver_trace`` for what they are.
         """
         return contact_residuals(self._state)
 
     @property
     def solver_trace(self) -> np.recarray[Any, Any]:
-        """How the solver fared in the last call of ``step`` or ``run``, a record a sweep and a record at the end of each step; read-only. Empty unless
-        ``trace_solver`` is set.
+        """How the solver fared in the last call of ``step`` or ``run``, a record a sweep and a record at the end of each step; read-only. Empty
+        unless ``trace_solver`` is set.
 
-        ``step``; ``sweep``, 0 before the first, −1 at the end of the step; ``colour`` of the contacts that it visited, −1 for all. The greatest ``complementarity``
-        residual |min(w/k, λ)| [N s] and ``cone`` violation max(0, |λ_t| − μ λ) [N s] of a contact point, and the sum of ``work`` |λ w| [J], with w the speed that the gap
-        does not allow (in sweeps: that the solver's constraint does not), k the contact's inverse mass, λ the normal and λ_t the friction impulse; at the end of a step λ is that of the
-        whole step. Energy by kind [J]: ``translation``, ``rotation``, ``potential`` (in the world's gravity; positions change at the end of a step). ``depth``:
-        deepest overlap [m].
+        ``step``; ``sweep``, 0 before the first, −1 at the end of the step; ``colour`` of the contacts that it visited, −1 for all. The greatest
+        ``complementarity`` residual |min(w/k, λ)| [N s] and ``cone`` violation max(0, |λ_t| − μ λ) [N s] of a contact point, and the sum of
+        ``work`` |λ w| [J], with w the speed that the gap does not allow (in sweeps: that the solver's constraint does not), k the contact's
+        inverse mass, λ the normal and λ_t the friction impulse; at the end of a step λ is that of the whole step. Energy by kind [J]:
+        ``translation``, ``rotation``, ``potential`` (in the world's gravity; positions change at the end of a step). ``depth``: deepest overlap
+        [m].
 
         Solvers that work in steps of Python (``sequential_impulse``) note every sweep, ``soft_step`` the end of each step alone.
         """

@@ -1,7 +1,8 @@
 """How far a state is from what the laws of contact ask: for every solver alike, from what it reports.
 
-At a contact point with normal impulse λ ≥ 0, friction impulse λ_t and coefficient μ, let w be the speed beyond what the gap allows and k the inverse of the mass that the
-contact feels, k = n · (M_a⁻¹ + M_b⁻¹) n. The laws are complementarity, 0 ≤ λ ⟂ w ≥ 0, and Coulomb's cone, |λ_t| ≤ μ λ. What is missing from them:
+At a contact point with normal impulse λ ≥ 0, friction impulse λ_t and coefficient μ, let w be the speed beyond what the gap allows and k the
+inverse of the mass that the contact feels, k = n · (M_a⁻¹ + M_b⁻¹) n. The laws are complementarity, 0 ≤ λ ⟂ w ≥ 0, and Coulomb's cone, |λ_t| ≤ μ
+λ. What is missing from them:
 
 - complementarity |min(w/k, λ)| [N s]: 0 where the point neither approaches nor, with an impulse, parts;
 - cone max(0, |λ_t| − μ λ) [N s];
@@ -9,8 +10,9 @@ contact feels, k = n · (M_a⁻¹ + M_b⁻¹) n. The laws are complementarity, 0
 
 (The natural residual of a complementarity problem: Facchinei and Pang, "Finite-Dimensional Variational Inequalities", 2003, §1.5.)
 
-After a step of length h that began with a gap g0 and left the speed v along the normal, a gap may be closed, not more: w = v + max(g0, 0)/h. With the gap g = g0 + h v
-at its end that is w = max(v, g/h): what pushes overlap out does not count against a contact. A contact that can bounce may part at any speed.
+After a step of length h that began with a gap g0 and left the speed v along the normal, a gap may be closed, not more: w = v + max(g0, 0)/h. With
+the gap g = g0 + h v at its end that is w = max(v, g/h): what pushes overlap out does not count against a contact. A contact that can bounce may
+part at any speed.
 """
 
 from typing import Any, NamedTuple
