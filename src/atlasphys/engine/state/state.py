@@ -133,6 +133,8 @@ class State:
 
     def _make_buffers(self) -> None:
         """Buffers whose content does not outlive a step."""
+        self.trace: list[Any] | None = None
+        """Where a solver appends what it notes of its sweeps (``solvers/residuals.py``: Sweep); None: it takes no notes."""
         capacity = len(self.bodies.kind)
         self.remembered = copy_rows(self._to_remember())
         self.workspace: Any = None
@@ -322,6 +324,7 @@ class State:
 
     def __getstate__(self) -> dict[str, Any]:
         buffers = (
+            "trace",
             "row_buffer",
             "displacement",
             "spin_change",
