@@ -44,6 +44,7 @@ NARROWPHASES = ("auto", "gjk_epa", "sat")
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {"broadphase": "tree", "narrowphase": "auto", "solver": "soft_step"},
     "classic": {"broadphase": "sweep", "narrowphase": "gjk_epa", "solver": "sequential_impulse"},
+    "xpbd": {"broadphase": "tree", "narrowphase": "sat", "solver": "xpbd"},
 }
 """Name → arguments of ``World`` that it stands for."""
 

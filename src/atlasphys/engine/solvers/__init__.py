@@ -3,12 +3,13 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from atlasphys.engine.solvers import sequential_impulse
+from atlasphys.engine.solvers import sequential_impulse, xpbd
 from atlasphys.engine.solvers.sequential_impulse import SequentialImpulse
 from atlasphys.engine.solvers.soft_step import SoftStep
+from atlasphys.engine.solvers.xpbd import XPBD
 from atlasphys.engine.state.state import State
 
-__all__ = ["SOLVERS", "SequentialImpulse", "SoftStep", "Solver"]
+__all__ = ["SOLVERS", "XPBD", "SequentialImpulse", "SoftStep", "Solver"]
 
 
 class Solver(NamedTuple):
@@ -24,4 +25,5 @@ class Solver(NamedTuple):
 SOLVERS: dict[str, Solver] = {
     "soft_step": Solver(SoftStep, None),
     "sequential_impulse": Solver(SequentialImpulse, sequential_impulse.advance),
+    "xpbd": Solver(XPBD, xpbd.advance),
 }

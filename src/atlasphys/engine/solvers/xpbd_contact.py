@@ -1,0 +1,227 @@
+"""What ``xpbd`` does with a block of eight manifolds: aim, solve positions, solve velocities, finish. Bodies over lanes.
+
+The equations are in ``xpbd.py``, the layout of a block and its Jacobian in ``contact_block.py``.
+"""
+
+from atlasphys.engine.simd import (
+    absolute,
+    any_lane,
+    full,
+    gather,
+    load,
+    maximum,
+    minimum,
+    select,
+    simd_kernel,
+    sqrt,
+    store,
+    vec,
+)
+from atlasphys.engine.solvers.contact_block import (
+    COEFFICIENT,
+    FAR,
+    FRICTION_MATRIX,
+    SLIDE,
+    SLIDE_TOTAL,
+    TWIST,
+    TWIST_MASS,
+    TWIST_RADIUS,
+    TWIST_TOTAL,
+    Fields,
+    reciprocal,
+    solve_disk,
+)
+from atlasphys.engine.solvers.soft_contact import Pair
+from atlasphys.engine.state.blocks import COUNT, MANIFOLD
+from atlasphys.engine.state.manifolds import RESTITUTION
+
+INNER_SWEEPS = 3
+"""Sweeps over the points of a manifold at each visit: the block of its normal constraints is small and its matrix is at hand."""
+
+COARSEST = 1e-3
+"""Greatest relative error of a bounce's speed. Near e = 1 a tenth of the loss is allowed, so that no impulse gains energy."""
+
+
+class XpbdFields(Fields):
+    """The fields of a block, with those that only this solver has."""
+
+    def __init__(self, points: int) -> None:
+        super().__init__(points)
+        self.bounce = self.number  # speed with which an impact ends; 0 at points that rest
+        self.allowed = self.bounce + points  # error of that speed that is allowed
+        self.anchor = self.allowed + points  # 2 along the tangents, 1 about the normal: see ``Grip``
+        self.number = self.anchor + 3
+
+
+class Grip:
+    """Static friction: how far the anchors of the two bodies have parted along the surface, and what brings them together again.
+
+    The *anchors* are the points of the bodies that met when the contact began to stick. Their parting is kept as an impulse, K⁻¹ (parting) / h, that
+    undoes it in one substep, for that of the last step can then be carried over as impulses are.
+    """
+
+    def __init__(self, pair, blocks, inverse_h):
+        self.pair, self.blocks, self.inverse_h = pair, blocks, inverse_h
+        self.t1, self.t2 = vec.tangents(pair.normal)
+        self.inverse = [load(blocks, pair.block, FRICTION_MATRIX + i) for i in range(4)]
+
+    def parted(self):
+        """K⁻¹ / h times what the bodies have moved on each other since the step began: along the tangents, and about the normal."""
+        pair = self.pair
+        at_b = vec.add(pair.b[6:9], vec.cross(pair.b[9:12], pair.centroid))
+        at_a = vec.add(pair.a[6:9], vec.cross(pair.a[9:12], vec.add(pair.centroid, pair.still_span)))
+        moved = vec.scale(vec.sub(at_b, at_a), self.inverse_h)
+        along = self.undo(vec.dot(self.t1, moved), vec.dot(self.t2, moved))
+        turned = vec.dot(pair.normal, vec.sub(pair.b[9:12], pair.a[9:12])) * self.inverse_h
+        return *along, load(self.blocks, pair.block, TWIST_MASS) * turned
+
+    def undo(self, x, y):
+        """K⁻¹ (x, y)."""
+        return self.inverse[0] * x + self.inverse[1] * y, self.inverse[1] * x + self.inverse[2] * y
+
+
+@simd_kernel
+def begin(points, block, blocks):
+    """After ``soft_contact.prepare``: what it took over from the last step is how far the anchors had parted; impulses begin at zero."""
+    fields = XpbdFields(points)
+    for i, field in enumerate((SLIDE, SLIDE + 1, TWIST)):
+        store(blocks, block, fields.anchor + i, load(blocks, block, field))
+        store(blocks, block, field, full(load(blocks, block, field), 0))
+    for k in range(points):
+        for field in (fields.impulse, fields.bounce, fields.allowed):
+            store(blocks, block, field + k, full(load(blocks, block, SLIDE), 0))
+
+
+@simd_kernel
+def aim(points, locks, block, integers, blocks, motion, inverse_mass, drives, manifolds, bounce):
+    """Which points have an impact in this substep, and with what speed it ends. Forces have acted, positions are not yet solved.
+
+    ``bounce``: threshold [m/s], length of the substep [s], finest relative error.
+    """
+    threshold, h, finest = bounce
+    pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
+    head = gather(manifolds.contact, load(integers, block, MANIFOLD))
+    count = load(integers, block, COUNT)
+    e = select(count > 0, head[RESTITUTION], 0)
+    speeds, gaps = pair.normal_velocities(), pair.gaps(blocks)
+    gain_a, gain_b = gather(drives, pair.row_a), gather(drives, pair.row_b)
+    pair.v_a, pair.w_a, pair.v_b, pair.w_b = gain_a[0:3], gain_a[4:7], gain_b[0:3], gain_b[4:7]
+    for k, (speed, gain) in enumerate(zip(speeds, pair.normal_velocities(), strict=True)):
+        zero = full(speed, 0)
+        approach, acceleration, half = -speed, -gain / h, -0.5 * gain
+        end = gaps[k] - h * approach
+        fast = (count > k) & (e > 0) & (absolute(speed) > threshold)
+        strikes, parts = fast & (approach > 0) & (end < 0), fast & (approach < 0)
+        # v² + 2 a gap − a h v is what semi-implicit Euler keeps: e² of it, as of the surface, is left.
+        start = maximum(end, -h * approach)  # deeper than it can have come in a substep: an overlap of other origin
+        left = e * e * (approach * approach + 2 * acceleration * start + 2 * half * approach)
+        strikes = strikes & (left > 16 * half * half)  # else it would be back within a substep or two: it rests
+        leave = half + sqrt(maximum(left + half * half - 2 * acceleration * start, zero))
+        hold = select(gaps[k] > 0, -gaps[k] / h, 0)
+        target = select(strikes, leave, select(parts, minimum(hold, e * approach), zero))
+        allowed = absolute(speed) * maximum(minimum(0.1 * (1 - e), full(speed, COARSEST)), finest)
+        store(blocks, block, fields.bounce + k, target)
+        store(blocks, block, fields.allowed + k, allowed)
+
+
+def press(points, blocks, block, fields, excess, old, compliance):
+    """Impulses along the normal that bring ``excess`` to compliance · λ, or to more where they would have to pull (Gauss–Seidel)."""
+    new, excess = list(old), list(excess)
+    sweeps = INNER_SWEEPS if points > 1 else 1
+    weight = [reciprocal(load(blocks, block, fields.entry(k, k)) + compliance) for k in range(points)]
+    for sweep in range(sweeps):
+        for k in range(points):
+            pressed = maximum(new[k] - weight[k] * (excess[k] + compliance * new[k]), 0)
+            change = pressed - new[k]
+            new[k] = pressed
+            for j in range(points):
+                if sweep < sweeps - 1 or j > k:
+                    excess[j] = excess[j] + load(blocks, block, fields.entry(j, k)) * change
+    return new
+
+
+@simd_kernel
+def solve_positions(points, locks, block, integers, blocks, motion, inverse_mass, numbers):
+    """Push overlapping points apart, and bring anchors together where friction holds.
+
+    ``numbers``: inverse substep length [1/s]; compliance / h² [1/kg]; greatest speed at which overlap is pushed out [m/s].
+    """
+    pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
+    inverse_h, compliance, fastest = numbers
+    excess = []
+    for k, (speed, gap) in enumerate(zip(pair.normal_velocities(), pair.gaps(blocks), strict=True)):
+        rests = load(blocks, block, fields.bounce + k) == 0
+        excess.append(select(rests, speed + maximum(gap * inverse_h, -fastest), FAR))
+    zero = full(excess[0], 0)
+    new = press(points, blocks, block, fields, excess, [zero] * points, compliance)
+    pair.press(new)
+    for k in range(points):  # those of the last substep are final now
+        store(blocks, block, fields.total + k, load(blocks, block, fields.total + k) + load(blocks, block, fields.impulse + k))
+        store(blocks, block, fields.impulse + k, new[k])
+    for total, field in ((SLIDE_TOTAL, SLIDE), (SLIDE_TOTAL + 1, SLIDE + 1), (TWIST_TOTAL, TWIST)):
+        store(blocks, block, total, load(blocks, block, total) + load(blocks, block, field))
+
+    grip = Grip(pair, blocks, inverse_h)
+    parted = grip.parted()
+    anchor = [load(blocks, block, fields.anchor + i) for i in range(3)]
+    limit = load(blocks, block, COEFFICIENT) * sum(new[1:], new[0])
+    twist = zero
+    if points > 1:
+        most = limit * load(blocks, block, TWIST_RADIUS)
+        slip = load(blocks, block, TWIST_MASS) * vec.dot(pair.normal, vec.sub(pair.w_b, pair.w_a))
+        held = anchor[2] - parted[2] - slip
+        sticks = absolute(held) <= most
+        twist = select(sticks, held, maximum(minimum(-slip, most), -most))
+        store(blocks, block, fields.anchor + 2, select(sticks, anchor[2], parted[2]))
+        pair.twist(twist)
+    store(blocks, block, TWIST, twist)
+    slip = pair.slip()
+    slip = vec.dot(grip.t1, slip), vec.dot(grip.t2, slip)
+    x, y = grip.undo(*slip)
+    x, y = anchor[0] - parted[0] - x, anchor[1] - parted[1] - y
+    sticks = x * x + y * y <= limit * limit
+    slides = solve_disk((zero, zero), slip, grip.inverse, limit)
+    slide = select(sticks, x, slides[0]), select(sticks, y, slides[1])
+    pair.drag(vec.add_scaled(vec.scale(grip.t1, slide[0]), grip.t2, slide[1]))
+    for i in range(2):
+        store(blocks, block, SLIDE + i, slide[i])
+        store(blocks, block, fields.anchor + i, select(sticks, anchor[i], parted[i]))
+    pair.store()
+
+
+@simd_kernel
+def solve_velocities(points, locks, block, integers, blocks, motion, inverse_mass, inverse_h) -> bool:
+    """Where the bodies are now: end impacts, take back the speed that pushing out gave, and let friction act within what the impulses of the substep
+    allow. Whether some impact was still off its speed."""
+    pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
+    old = [load(blocks, block, fields.impulse + k) for k in range(points)]
+    gaps, excess = pair.gaps(blocks), pair.normal_velocities()
+    wrong = old[0] != old[0]
+    for k in range(points):
+        bounce = load(blocks, block, fields.bounce + k)
+        excess[k] = excess[k] - select(bounce == 0, select(gaps[k] > 0, -gaps[k] * inverse_h, 0), bounce)
+        off = (bounce != 0) & (absolute(excess[k]) > load(blocks, block, fields.allowed + k))
+        wrong = wrong | (off & ((old[k] > 0) | (excess[k] < 0)))
+    new = press(points, blocks, block, fields, excess, old, full(old[0], 0))
+    pair.press([new[k] - old[k] for k in range(points)])
+    for k in range(points):
+        store(blocks, block, fields.impulse + k, new[k])
+    pair.rub(blocks, load(blocks, block, COEFFICIENT) * sum(new[1:], new[0]), SLIDE, TWIST)
+    pair.store()
+    return any_lane(wrong)
+
+
+@simd_kernel
+def finish(points, locks, block, integers, blocks, motion, inverse_mass, inverse_h):
+    """What ``soft_contact.store_impulses`` is to write: the impulses of the whole step, and how far the anchors have parted."""
+    pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
+    for k in range(points):
+        whole = load(blocks, block, fields.total + k) + load(blocks, block, fields.impulse + k)
+        store(blocks, block, fields.total + k, whole)
+        store(blocks, block, fields.impulse + k, whole)
+    for total, field in ((SLIDE_TOTAL, SLIDE), (SLIDE_TOTAL + 1, SLIDE + 1), (TWIST_TOTAL, TWIST)):
+        store(blocks, block, total, load(blocks, block, total) + load(blocks, block, field))
+    used = load(integers, block, COUNT) > 0
+    for i, (field, parted) in enumerate(zip((SLIDE, SLIDE + 1, TWIST), Grip(pair, blocks, inverse_h).parted(), strict=True)):
+        anchor = load(blocks, block, fields.anchor + i)
+        store(blocks, block, field, select(used, anchor - parted, 0))
