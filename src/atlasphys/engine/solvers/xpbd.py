@@ -38,7 +38,7 @@ from atlasphys.engine.solvers.integrate import place_origins
 from atlasphys.engine.solvers.locked import follow_turn
 from atlasphys.engine.solvers.rolling_block import ROLL, ROLLING_FIELDS, prepare_rolling, solve_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, store_impulses
-from atlasphys.engine.solvers.xpbd_contact import XpbdFields, aim, begin, finish, solve_positions, solve_velocities
+from atlasphys.engine.solvers.xpbd_contact import XpbdFields, aim, begin, finish, solve_positions, solve_velocities, spot
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.blocks import BOUNCES, COUNT, INTEGERS, MANIFOLD, ROLLS
 from atlasphys.engine.state.bodies import DYNAMIC, STATIC
@@ -169,21 +169,23 @@ def prepare_contacts(bodies, manifolds, blocks, locked, ratio):
 
 
 @routine
-def aim_contacts(bodies, manifolds, blocks, locked, bounce):
-    """Find the impacts of this substep."""
-    motion, inverse_mass = bodies.motion, bodies.inverse_mass
+def aim_contacts(spots, bodies, manifolds, blocks, locked, bounce):
+    """Find the impacts of this substep (``spots``), or the speeds with which they are to end."""
+    motion, inverse_mass, drives = bodies.motion, bodies.inverse_mass, bodies.drive
     for block in range(blocks.starts[1, COLOURS + 1]):
-        if blocks.integers_many[block, BOUNCES, 0]:
-            aim(
-                4, locked, block, blocks.integers_many, blocks.contacts_many, motion, inverse_mass, bodies.drive, manifolds,
-                bounce,
-            )  # fmt: skip
+        integers, contacts = blocks.integers_many, blocks.contacts_many
+        if integers[block, BOUNCES, 0]:
+            if spots:
+                spot(4, locked, block, integers, contacts, motion, inverse_mass, drives, manifolds, bounce)
+            else:
+                aim(4, locked, block, integers, contacts, motion, inverse_mass, drives, manifolds, bounce)
     for block in range(blocks.starts[0, COLOURS + 1]):
-        if blocks.integers_one[block, BOUNCES, 0]:
-            aim(
-                1, locked, block, blocks.integers_one, blocks.contacts_one, motion, inverse_mass, bodies.drive, manifolds,
-                bounce,
-            )  # fmt: skip
+        integers, contacts = blocks.integers_one, blocks.contacts_one
+        if integers[block, BOUNCES, 0]:
+            if spots:
+                spot(1, locked, block, integers, contacts, motion, inverse_mass, drives, manifolds, bounce)
+            else:
+                aim(1, locked, block, integers, contacts, motion, inverse_mass, drives, manifolds, bounce)
 
 
 @routine
@@ -280,13 +282,15 @@ def solve(bodies, count, body, moves, manifolds, manifold_count, live, colours, 
             for block in range(len(rows)):
                 gain_speed(block, rows, motion, bodies.drive)
         if bounces:
-            aim_contacts(bodies, manifolds, blocks, locked, constants.bounce)
+            aim_contacts(True, bodies, manifolds, blocks, locked, constants.bounce)
         sweep_positions(bodies, blocks, locked, constants.positions)
         for block in range(len(blocks.plain)):
             move(block, blocks.plain, motion, geometry, h)
         for block in range(len(blocks.tumbling)):
             tumble(block, blocks.tumbling, motion, geometry, bodies.mass, bodies.frame, inverse_mass, h)
         follow_turn(locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
+        if bounces:
+            aim_contacts(False, bodies, manifolds, blocks, locked, constants.bounce)
         for _ in range(MOST_SWEEPS):
             if not sweep_velocities(bodies, blocks, locked, inverse_h):
                 break

@@ -92,35 +92,65 @@ def begin(points, block, blocks):
             store(blocks, block, field + k, full(load(blocks, block, SLIDE), 0))
 
 
-@simd_kernel
-def aim(points, locks, block, integers, blocks, motion, inverse_mass, drives, manifolds, bounce):
-    """Which points have an impact in this substep, and with what speed it ends. Forces have acted, positions are not yet solved.
+class Approach:
+    """The points of a block that can bounce: how fast they come together, faster by ``gain`` in each substep, and where they are."""
 
+    def __init__(self, pair, integers, block, blocks, drives, manifolds, h):
+        self.h = h
+        head = gather(manifolds.contact, load(integers, block, MANIFOLD))
+        self.restitution = select(load(integers, block, COUNT) > 0, head[RESTITUTION], 0)
+        self.gaps = pair.gaps(blocks)
+        self.speeds = [-speed for speed in pair.normal_velocities()]
+        gain_a, gain_b = gather(drives, pair.row_a), gather(drives, pair.row_b)
+        v_a, w_a, v_b, w_b = pair.v_a, pair.w_a, pair.v_b, pair.w_b
+        pair.v_a, pair.w_a, pair.v_b, pair.w_b = gain_a[0:3], gain_a[4:7], gain_b[0:3], gain_b[4:7]
+        self.gains = [-gain for gain in pair.normal_velocities()]
+        pair.v_a, pair.w_a, pair.v_b, pair.w_b = v_a, w_a, v_b, w_b
+
+    def leave(self, k, gap):
+        """Speed with which point k leaves at ``gap``, and whether it gets away.
+
+        Semi-implicit Euler with acceleration a towards the surface keeps v² + 2 a gap − a h v (v > 0 outwards): e² of it, as of the surface, is left.
+        """
+        speed, gain = self.speeds[k], self.gains[k]
+        start = maximum(gap, -self.h * speed)  # deeper than it can have come in a substep: an overlap of other origin
+        left = self.restitution * self.restitution * (speed * speed + 2 * gain / self.h * start + gain * speed)
+        leave = 0.5 * gain + sqrt(maximum(left + 0.25 * gain * gain - 2 * gain / self.h * start, full(gain, 0)))
+        return leave, left > 4 * gain * gain  # else it would be back within a substep or two: it rests
+
+
+@simd_kernel
+def spot(points, locks, block, integers, blocks, motion, inverse_mass, drives, manifolds, bounce):
+    """Mark the points that have an impact in this substep. Forces have acted, positions are not yet solved.
+
+    They are left to ``solve_velocities``, as are those that part, for they may be pushed back by others.
     ``bounce``: threshold [m/s], length of the substep [s], finest relative error.
     """
-    threshold, h, finest = bounce
+    threshold, h, _ = bounce
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
-    head = gather(manifolds.contact, load(integers, block, MANIFOLD))
-    count = load(integers, block, COUNT)
-    e = select(count > 0, head[RESTITUTION], 0)
-    speeds, gaps = pair.normal_velocities(), pair.gaps(blocks)
-    gain_a, gain_b = gather(drives, pair.row_a), gather(drives, pair.row_b)
-    pair.v_a, pair.w_a, pair.v_b, pair.w_b = gain_a[0:3], gain_a[4:7], gain_b[0:3], gain_b[4:7]
-    for k, (speed, gain) in enumerate(zip(speeds, pair.normal_velocities(), strict=True)):
-        zero = full(speed, 0)
-        approach, acceleration, half = -speed, -gain / h, -0.5 * gain
-        end = gaps[k] - h * approach
-        fast = (count > k) & (e > 0) & (absolute(speed) > threshold)
-        strikes, parts = fast & (approach > 0) & (end < 0), fast & (approach < 0)
-        # v² + 2 a gap − a h v is what semi-implicit Euler keeps: e² of it, as of the surface, is left.
-        start = maximum(end, -h * approach)  # deeper than it can have come in a substep: an overlap of other origin
-        left = e * e * (approach * approach + 2 * acceleration * start + 2 * half * approach)
-        strikes = strikes & (left > 16 * half * half)  # else it would be back within a substep or two: it rests
-        leave = half + sqrt(maximum(left + half * half - 2 * acceleration * start, zero))
-        hold = select(gaps[k] > 0, -gaps[k] / h, 0)
-        target = select(strikes, leave, select(parts, minimum(hold, e * approach), zero))
+    approach = Approach(pair, integers, block, blocks, drives, manifolds, h)
+    for k, speed in enumerate(approach.speeds):
+        end = approach.gaps[k] - h * speed
+        fast = (approach.restitution > 0) & (absolute(speed) > threshold)
+        _, away = approach.leave(k, end)
+        impact = fast & ((speed < 0) | ((end < 0) & away))
+        store(blocks, block, fields.bounce + k, select(impact, full(speed, 1), 0))
+
+
+@simd_kernel
+def aim(points, locks, block, integers, blocks, motion, inverse_mass, drives, manifolds, bounce):
+    """The speeds with which the impacts that ``spot`` marked are to end, where the bodies are now."""
+    _, h, finest = bounce
+    pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
+    approach = Approach(pair, integers, block, blocks, drives, manifolds, h)
+    e = approach.restitution
+    for k, (speed, gap) in enumerate(zip(approach.speeds, approach.gaps, strict=True)):
+        leave, _ = approach.leave(k, gap)
+        parting = minimum(select(gap > 0, -gap / h, 0), e * speed)
+        target = select(speed > 0, leave, select(speed < 0, parting, -FAR))
+        marked = load(blocks, block, fields.bounce + k) != 0
         allowed = absolute(speed) * maximum(minimum(0.1 * (1 - e), full(speed, COARSEST)), finest)
-        store(blocks, block, fields.bounce + k, target)
+        store(blocks, block, fields.bounce + k, select(marked, target, 0))
         store(blocks, block, fields.allowed + k, allowed)
 
 
@@ -199,7 +229,8 @@ def solve_velocities(points, locks, block, integers, blocks, motion, inverse_mas
     wrong = old[0] != old[0]
     for k in range(points):
         bounce = load(blocks, block, fields.bounce + k)
-        excess[k] = excess[k] - select(bounce == 0, select(gaps[k] > 0, -gaps[k] * inverse_h, 0), bounce)
+        apart = select(old[k] > 0, -gaps[k] * inverse_h, -FAR)  # what has not been pushed may come on
+        excess[k] = excess[k] - select(bounce == 0, select(gaps[k] > 0, apart, 0), bounce)
         off = (bounce != 0) & (absolute(excess[k]) > load(blocks, block, fields.allowed + k))
         wrong = wrong | (off & ((old[k] > 0) | (excess[k] < 0)))
     new = press(points, blocks, block, fields, excess, old, full(old[0], 0))
