@@ -51,6 +51,9 @@ MOST_SUBSTEPS = 1000
 MOST_SWEEPS = 400
 """Most sweeps over the velocities while impacts are not solved. Usually it is one; elastic piles take a hundred."""
 
+EASED, EASE = 300, 0.99
+"""After so many sweeps impacts are weakened by this factor: speeds that are not solved to the end could gain energy."""
+
 FINEST = {"f": 1e-6, "d": 1e-14}
 """Relative error of speeds that is asked for where e = 1, by NumPy's character for the precision."""
 
@@ -211,7 +214,7 @@ def sweep_positions(bodies, blocks, locked, numbers):
 
 
 @routine
-def sweep_velocities(bodies, blocks, locked, inverse_h):
+def sweep_velocities(bodies, blocks, locked, inverse_h, ease):
     """Solve velocities: visit all contacts once, colour by colour. Returns whether an impact was not solved for."""
     motion, inverse_mass, wrong = bodies.motion, bodies.inverse_mass, False
     none = inverse_h - inverse_h
@@ -219,7 +222,7 @@ def sweep_velocities(bodies, blocks, locked, inverse_h):
         for block in range(blocks.starts[1, c], blocks.starts[1, c + 1]):
             wrong = (
                 solve_velocities(
-                    4, locked, block, blocks.integers_many, blocks.contacts_many, motion, inverse_mass, inverse_h
+                    4, locked, block, blocks.integers_many, blocks.contacts_many, motion, inverse_mass, inverse_h, ease
                 )
                 or wrong
             )
@@ -230,7 +233,7 @@ def sweep_velocities(bodies, blocks, locked, inverse_h):
         for block in range(blocks.starts[0, c], blocks.starts[0, c + 1]):
             wrong = (
                 solve_velocities(
-                    1, locked, block, blocks.integers_one, blocks.contacts_one, motion, inverse_mass, inverse_h
+                    1, locked, block, blocks.integers_one, blocks.contacts_one, motion, inverse_mass, inverse_h, ease
                 )
                 or wrong
             )
@@ -266,6 +269,7 @@ def solve(bodies, count, body, moves, manifolds, manifold_count, live, colours, 
     """One step for all bodies: ``constants.substeps`` substeps."""
     motion, geometry, inverse_mass = bodies.motion, bodies.geometry, bodies.inverse_mass
     h, inverse_h = constants.h, constants.positions[0]
+    one, ease = type(h)(1), type(h)(EASE)
     fill_blocks(
         manifolds.a, manifolds.b, manifolds.count, live, manifold_count, body, moves, colours, blocks.starts, cursor,
         blocks.integers_one, blocks.integers_many,
@@ -291,8 +295,8 @@ def solve(bodies, count, body, moves, manifolds, manifold_count, live, colours, 
         follow_turn(locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
         if bounces:
             aim_contacts(False, bodies, manifolds, blocks, locked, constants.bounce)
-        for _ in range(MOST_SWEEPS):
-            if not sweep_velocities(bodies, blocks, locked, inverse_h):
+        for s in range(MOST_SWEEPS):
+            if not sweep_velocities(bodies, blocks, locked, inverse_h, one if s < EASED else ease):
                 break
     store_contacts(bodies, manifolds, manifold_count, blocks, locked, inverse_h)
     for i in range(count):

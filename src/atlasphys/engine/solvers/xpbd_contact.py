@@ -220,15 +220,16 @@ def solve_positions(points, locks, block, integers, blocks, motion, inverse_mass
 
 
 @simd_kernel
-def solve_velocities(points, locks, block, integers, blocks, motion, inverse_mass, inverse_h) -> bool:
+def solve_velocities(points, locks, block, integers, blocks, motion, inverse_mass, inverse_h, ease) -> bool:
     """Where the bodies are now: end impacts, take back the speed that pushing out gave, and let friction act within what the impulses of the substep
-    allow. Whether some impact was still off its speed."""
+    allow. Whether some impact was still off its speed, which is ``ease`` times what it was."""
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
     old = [load(blocks, block, fields.impulse + k) for k in range(points)]
     gaps, excess = pair.gaps(blocks), pair.normal_velocities()
     wrong = old[0] != old[0]
     for k in range(points):
         bounce = load(blocks, block, fields.bounce + k)
+        bounce = select(bounce > 0, bounce * ease, bounce)
         apart = select(old[k] > 0, -gaps[k] * inverse_h, -FAR)  # what has not been pushed may come on
         excess[k] = excess[k] - select(bounce == 0, select(gaps[k] > 0, apart, 0), bounce)
         off = (bounce != 0) & (absolute(excess[k]) > load(blocks, block, fields.allowed + k))
