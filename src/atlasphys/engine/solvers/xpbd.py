@@ -72,7 +72,7 @@ class XPBD:
         InvalidArgumentError: a value is not of the right kind or out of range.
     """
 
-    substeps: int = 20
+    substeps: int = 15
     compliance: float = 0.0
     push_out_speed: float = 3.0
 
@@ -308,35 +308,47 @@ def solve(bodies, count, body, moves, manifolds, manifold_count, live, colours, 
 
 
 def in_blocks(state: State, rolls: bool) -> tuple[Blocks, dict[str, npt.NDArray[np.generic]]]:
-    """Room for the blocks of a step, the contacts coloured; and what ``solve`` needs besides to fill them."""
+    """Room for the blocks of a step, kept from step to step, the contacts coloured; and what ``solve`` needs besides to fill them."""
     bodies, manifolds, n, m = state.bodies, state.next_manifolds, state.count, state.next_count
     kind = bodies.kind[:n]
-    tumbles = int(np.count_nonzero(bodies.frame[:n, 3][kind == DYNAMIC] > 0))
+    tumbles = int(np.count_nonzero(bodies.frame[:n, 3] > 0))
     plain, tumbling = (
         np.zeros((-(-rows // LANES), LANES), np.int32)
         for rows in (int(np.count_nonzero(kind != STATIC)) - tumbles, tumbles)
     )
     moves = (kind == DYNAMIC).astype(np.uint8)
-    live, colours = np.empty(m, np.int32), np.empty(m, np.int8)
+    live, colours, used = np.empty(m, np.int32), np.empty(m, np.int8), np.empty(n, np.uint64)
     sizes, cursor = np.empty((2, 2, COLOURS + 1), np.int64)
     starts = np.empty((2, COLOURS + 2), np.int64)
     colour(
-        bodies, n, manifolds, m, state.colliders.body, moves, np.empty(n, np.uint64), live, colours, sizes, starts, plain, tumbling,
+        bodies, n, manifolds, m, state.colliders.body, moves, used, live, colours, sizes, starts, plain, tumbling
     )  # fmt: skip
-    one, many = (max(int(number), 1) for number in starts[:, COLOURS + 1])
-    real = state.real
-    blocks = Blocks(
+    one, many = (int(number) for number in starts[:, COLOURS + 1])
+    blocks = state.workspace
+    if not isinstance(blocks, Blocks) or min(len(blocks.integers_one) - one, len(blocks.integers_many) - many) < 0:
+        blocks = empty_blocks(one + one // 4 + 1, many + many // 4 + 1, state.real)
+    if rolls and len(blocks.rolls_one) + len(blocks.rolls_many) == 2:
+        blocks = blocks._replace(
+            rolls_one=aligned_zeros((len(blocks.integers_one), ROLLING_FIELDS, LANES), state.real),
+            rolls_many=aligned_zeros((len(blocks.integers_many), ROLLING_FIELDS, LANES), state.real),
+        )
+    state.workspace = blocks = blocks._replace(starts=starts, plain=plain, tumbling=tumbling)
+    return blocks, {"moves": moves, "live": live, "colours": colours, "cursor": cursor}
+
+
+def empty_blocks(one: int, many: int, real: npt.DTypeLike) -> Blocks:
+    """Room for numbers of blocks of manifolds of one point and of more; none yet for rolling friction."""
+    return Blocks(
         integers_one=aligned_zeros((one, INTEGERS, LANES), np.int32),
         integers_many=aligned_zeros((many, INTEGERS, LANES), np.int32),
         contacts_one=aligned_zeros((one, XpbdFields(1).number, LANES), real),
         contacts_many=aligned_zeros((many, XpbdFields(4).number, LANES), real),
-        rolls_one=aligned_zeros((one if rolls else 1, ROLLING_FIELDS, LANES), real),
-        rolls_many=aligned_zeros((many if rolls else 1, ROLLING_FIELDS, LANES), real),
-        starts=starts,
-        plain=plain,
-        tumbling=tumbling,
+        rolls_one=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
+        rolls_many=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
+        starts=np.zeros((2, COLOURS + 2), np.int64),
+        plain=np.zeros((0, LANES), np.int32),
+        tumbling=np.zeros((0, LANES), np.int32),
     )
-    return blocks, {"moves": moves, "live": live, "colours": colours, "cursor": cursor}
 
 
 def advance(state: State, settings: XPBD, h: float) -> None:
