@@ -38,7 +38,16 @@ from atlasphys.engine.solvers.integrate import place_origins
 from atlasphys.engine.solvers.locked import follow_turn
 from atlasphys.engine.solvers.rolling_block import ROLL, ROLLING_FIELDS, prepare_rolling, solve_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, store_impulses
-from atlasphys.engine.solvers.xpbd_contact import XpbdFields, aim, begin, finish, solve_positions, solve_velocities, spot
+from atlasphys.engine.solvers.xpbd_contact import (
+    XpbdFields,
+    aim,
+    begin,
+    finish,
+    renew,
+    solve_positions,
+    solve_velocities,
+    spot,
+)
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.blocks import BOUNCES, COUNT, INTEGERS, MANIFOLD, ROLLS
 from atlasphys.engine.state.bodies import DYNAMIC, STATIC
@@ -72,9 +81,9 @@ class XPBD:
         InvalidArgumentError: a value is not of the right kind or out of range.
     """
 
-    substeps: int = 15
+    substeps: int = 12
     compliance: float = 0.0
-    push_out_speed: float = 3.0
+    push_out_speed: float = 10.0
 
     def __post_init__(self) -> None:
         if type(self.substeps) is not int or not 1 <= self.substeps <= MOST_SUBSTEPS:
@@ -245,6 +254,16 @@ def sweep_velocities(bodies, blocks, locked, inverse_h, ease):
 
 
 @routine
+def renew_contacts(bodies, blocks, locked):
+    """Bring the matrices of all contacts up to date."""
+    motion, inverse_mass = bodies.motion, bodies.inverse_mass
+    for block in range(blocks.starts[1, COLOURS + 1]):
+        renew(4, locked, block, blocks.integers_many, blocks.contacts_many, motion, inverse_mass)
+    for block in range(blocks.starts[0, COLOURS + 1]):
+        renew(1, locked, block, blocks.integers_one, blocks.contacts_one, motion, inverse_mass)
+
+
+@routine
 def store_contacts(bodies, manifolds, manifold_count, blocks, locked, inverse_h):
     """Write the impulses to the manifolds, and note which pairs touch."""
     motion, inverse_mass = bodies.motion, bodies.inverse_mass
@@ -298,10 +317,14 @@ def solve(bodies, count, body, moves, manifolds, manifold_count, live, colours, 
         for s in range(MOST_SWEEPS):
             if not sweep_velocities(bodies, blocks, locked, inverse_h, one if s < EASED else ease):
                 break
+            if s == 0:
+                renew_contacts(bodies, blocks, locked)
     store_contacts(bodies, manifolds, manifold_count, blocks, locked, inverse_h)
     for i in range(count):
         if bodies.kind[i] != STATIC:
-            quat.store(bodies.orientation, i, quat.unit((geometry[i, 12], geometry[i, 13], geometry[i, 14], geometry[i, 15])))
+            quat.store(
+                bodies.orientation, i, quat.unit((geometry[i, 12], geometry[i, 13], geometry[i, 14], geometry[i, 15]))
+            )
             for k in range(3):
                 bodies.center[i, k] += motion[i, 6 + k]
     place_origins(bodies, count)
@@ -361,8 +384,16 @@ def advance(state: State, settings: XPBD, h: float) -> None:
         h=real(sub),
         substeps=settings.substeps,
         ratio=real(state.last_h / h),
-        positions=(real(1 / sub), real(settings.compliance / sub**2), real(settings.push_out_speed * environment.length_unit)),
-        bounce=(real(max(environment.restitution_threshold, 2 * weight * sub)), real(sub), real(FINEST[state.real.char])),
+        positions=(
+            real(1 / sub),
+            real(settings.compliance / sub**2),
+            real(settings.push_out_speed * environment.length_unit),
+        ),
+        bounce=(
+            real(max(environment.restitution_threshold, 2 * weight * sub)),
+            real(sub),
+            real(FINEST[state.real.char]),
+        ),
     )
     locks = np.where(state.bodies.kind[:n] == DYNAMIC, state.bodies.locks[:n], 0)
     locked = np.flatnonzero(locks & ROTATION_LOCKS).astype(np.int32) if locks.any() else None

@@ -28,8 +28,10 @@ from atlasphys.engine.solvers.contact_block import (
     TWIST_RADIUS,
     TWIST_TOTAL,
     Fields,
+    invert_2x2,
     reciprocal,
     solve_disk,
+    weighted,
 )
 from atlasphys.engine.solvers.soft_contact import Pair
 from atlasphys.engine.state.blocks import COUNT, MANIFOLD
@@ -154,6 +156,35 @@ def aim(points, locks, block, integers, blocks, motion, inverse_mass, drives, ma
         store(blocks, block, fields.allowed + k, allowed)
 
 
+@simd_kernel
+def renew(points, locks, block, integers, blocks, motion, inverse_mass):
+    """The matrices of a block where the bodies are now. Many sweeps with those of the step's start can diverge where bodies have turned far."""
+    pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
+    n, t = pair.normal, vec.tangents(pair.normal)
+    valid = [load(integers, block, COUNT) > k for k in range(points)]
+    along = vec.dot(n, weighted(pair.m_a, n)) + vec.dot(n, weighted(pair.m_b, n))
+    arms_b = [vec.sub(c, pair.shift) for c in pair.arms]
+    arms_a = [vec.add(c, pair.lever) for c in arms_b]
+    turns_b = [vec.sym_mul_vec(pair.inertia_b, c) for c in arms_b]
+    turns_a = [vec.sym_mul_vec(pair.inertia_a, c) for c in arms_a]
+    for j in range(points):
+        for k in range(j, points):
+            entry = along + vec.dot(arms_b[j], turns_b[k]) + vec.dot(arms_a[j], turns_a[k])
+            store(
+                blocks, block, fields.entry(j, k), select(valid[j] & valid[k], entry, full(entry, 1 if j == k else 0))
+            )
+    matrix = []
+    for i, j in ((0, 0), (0, 1), (1, 1)):
+        entry = vec.dot(t[i], weighted(pair.m_a, t[j])) + vec.dot(t[i], weighted(pair.m_b, t[j]))
+        for arm, inertia in ((pair.arm_a, pair.inertia_a), (pair.arm_b, pair.inertia_b)):
+            entry = entry + vec.dot(vec.cross(arm, t[i]), vec.sym_mul_vec(inertia, vec.cross(arm, t[j])))
+        matrix.append(entry)
+    for i, entry in enumerate(invert_2x2(*matrix)):
+        store(blocks, block, FRICTION_MATRIX + i, entry)
+    twist = vec.dot(n, vec.add(vec.sym_mul_vec(pair.inertia_a, n), vec.sym_mul_vec(pair.inertia_b, n)))
+    store(blocks, block, TWIST_MASS, reciprocal(twist))
+
+
 def press(points, blocks, block, fields, excess, old, compliance, sweeps):
     """Impulses along the normal that bring ``excess`` to −compliance · λ, or more where they would have to pull (Gauss–Seidel)."""
     new, excess = list(old), list(excess)
@@ -186,7 +217,12 @@ def solve_positions(points, locks, block, integers, blocks, motion, inverse_mass
     new = press(points, blocks, block, fields, excess, [zero] * points, compliance, INNER_SWEEPS)
     pair.press(new)
     for k in range(points):  # those of the last substep are final now
-        store(blocks, block, fields.total + k, load(blocks, block, fields.total + k) + load(blocks, block, fields.impulse + k))
+        store(
+            blocks,
+            block,
+            fields.total + k,
+            load(blocks, block, fields.total + k) + load(blocks, block, fields.impulse + k),
+        )
         store(blocks, block, fields.impulse + k, new[k])
     for total, field in ((SLIDE_TOTAL, SLIDE), (SLIDE_TOTAL + 1, SLIDE + 1), (TWIST_TOTAL, TWIST)):
         store(blocks, block, total, load(blocks, block, total) + load(blocks, block, field))
@@ -254,6 +290,8 @@ def finish(points, locks, block, integers, blocks, motion, inverse_mass, inverse
     for total, field in ((SLIDE_TOTAL, SLIDE), (SLIDE_TOTAL + 1, SLIDE + 1), (TWIST_TOTAL, TWIST)):
         store(blocks, block, total, load(blocks, block, total) + load(blocks, block, field))
     used = load(integers, block, COUNT) > 0
-    for i, (field, parted) in enumerate(zip((SLIDE, SLIDE + 1, TWIST), Grip(pair, blocks, inverse_h).parted(), strict=True)):
+    for i, (field, parted) in enumerate(
+        zip((SLIDE, SLIDE + 1, TWIST), Grip(pair, blocks, inverse_h).parted(), strict=True)
+    ):
         anchor = load(blocks, block, fields.anchor + i)
         store(blocks, block, field, select(used, anchor - parted, 0))
