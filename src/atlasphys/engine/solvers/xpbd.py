@@ -60,8 +60,9 @@ MOST_SUBSTEPS = 1000
 MOST_SWEEPS = 400
 """Most sweeps over the velocities while impacts are not solved. Usually it is one; elastic piles take a hundred."""
 
-EASED, EASE = 300, 0.99
-"""After so many sweeps impacts are weakened by this factor: speeds that are not solved to the end could gain energy."""
+EASED, EASE = 200, 0.95
+"""After so many sweeps impacts are weakened by this factor in each. Where bodies are jammed no speeds satisfy all impacts, and impulses would grow without
+end; weakened enough, all can be satisfied, and impulses that are accumulated can be taken back."""
 
 FINEST = {"f": 1e-6, "d": 1e-14}
 """Relative error of speeds that is asked for where e = 1, by NumPy's character for the precision."""
@@ -81,7 +82,7 @@ class XPBD:
         InvalidArgumentError: a value is not of the right kind or out of range.
     """
 
-    substeps: int = 12
+    substeps: int = 15
     compliance: float = 0.0
     push_out_speed: float = 10.0
 
@@ -288,7 +289,6 @@ def solve(bodies, count, body, moves, manifolds, manifold_count, live, colours, 
     """One step for all bodies: ``constants.substeps`` substeps."""
     motion, geometry, inverse_mass = bodies.motion, bodies.geometry, bodies.inverse_mass
     h, inverse_h = constants.h, constants.positions[0]
-    one, ease = type(h)(1), type(h)(EASE)
     fill_blocks(
         manifolds.a, manifolds.b, manifolds.count, live, manifold_count, body, moves, colours, blocks.starts, cursor,
         blocks.integers_one, blocks.integers_many,
@@ -314,9 +314,12 @@ def solve(bodies, count, body, moves, manifolds, manifold_count, live, colours, 
         follow_turn(locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
         if bounces:
             aim_contacts(False, bodies, manifolds, blocks, locked, constants.bounce)
+        ease = type(h)(1)
         for s in range(MOST_SWEEPS):
-            if not sweep_velocities(bodies, blocks, locked, inverse_h, one if s < EASED else ease):
+            if not sweep_velocities(bodies, blocks, locked, inverse_h, ease):
                 break
+            if s >= EASED:
+                ease *= type(h)(EASE)
             if s == 0:
                 renew_contacts(bodies, blocks, locked)
     store_contacts(bodies, manifolds, manifold_count, blocks, locked, inverse_h)

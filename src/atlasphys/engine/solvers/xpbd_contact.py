@@ -146,12 +146,13 @@ def aim(points, locks, block, integers, blocks, motion, inverse_mass, drives, ma
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
     approach = Approach(pair, integers, block, blocks, drives, manifolds, h)
     e = approach.restitution
+    size = vec.length(pair.v_a) + vec.length(pair.v_b)
     for k, (speed, gap) in enumerate(zip(approach.speeds, approach.gaps, strict=True)):
         leave, _ = approach.leave(k, gap)
         parting = minimum(select(gap > 0, -gap / h, 0), e * speed)
         target = select(speed > 0, leave, select(speed < 0, parting, -FAR))
         marked = load(blocks, block, fields.bounce + k) != 0
-        allowed = absolute(speed) * maximum(minimum(0.1 * (1 - e), full(speed, COARSEST)), finest)
+        allowed = absolute(speed) * minimum(0.1 * (1 - e), full(speed, COARSEST)) + finest * size
         store(blocks, block, fields.bounce + k, select(marked, target, 0))
         store(blocks, block, fields.allowed + k, allowed)
 
