@@ -126,8 +126,8 @@ class Constants(NamedTuple):
     """Factor on how far anchors had parted, which is kept as an impulse: length of the last step over that of this one."""
     positions: tuple[float, float, float]
     """See ``solve_positions``."""
-    bounce: tuple[float, float, float]
-    """See ``aim``."""
+    bounce: tuple[float, float, float, float]
+    """See ``spot``."""
 
 
 @kernel
@@ -395,6 +395,7 @@ def advance(state: State, settings: XPBD, h: float) -> None:
         bounce=(
             real(max(environment.restitution_threshold, 2 * weight * sub)),
             real(sub),
+            real(h),
             real(FINEST[state.real.char]),
         ),
     )

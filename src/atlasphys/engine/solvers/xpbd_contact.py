@@ -97,8 +97,8 @@ def begin(points, block, blocks):
 class Approach:
     """The points of a block that can bounce: how fast they come together, faster by ``gain`` in each substep, and where they are."""
 
-    def __init__(self, pair, integers, block, blocks, drives, manifolds, h):
-        self.h = h
+    def __init__(self, pair, integers, block, blocks, drives, manifolds, h, step):
+        self.h, self.step = h, step
         head = gather(manifolds.contact, load(integers, block, MANIFOLD))
         self.restitution = select(load(integers, block, COUNT) > 0, head[RESTITUTION], 0)
         self.gaps = pair.gaps(blocks)
@@ -115,7 +115,7 @@ class Approach:
         Semi-implicit Euler with acceleration a towards the surface keeps v² + 2 a gap − a h v (v > 0 outwards): e² of it, as of the surface, is left.
         """
         speed, gain = self.speeds[k], self.gains[k]
-        start = maximum(gap, -self.h * speed)  # deeper than it can have come in a substep: an overlap of other origin
+        start = maximum(gap, -self.step * speed)  # deeper than it can have come in a step: an overlap of other origin
         left = self.restitution * self.restitution * (speed * speed + 2 * gain / self.h * start + gain * speed)
         leave = 0.5 * gain + sqrt(maximum(left + 0.25 * gain * gain - 2 * gain / self.h * start, full(gain, 0)))
         return leave, left > 4 * gain * gain  # else it would be back within a substep or two: it rests
@@ -126,11 +126,11 @@ def spot(points, locks, block, integers, blocks, motion, inverse_mass, drives, m
     """Mark the points that have an impact in this substep. Forces have acted, positions are not yet solved.
 
     They are left to ``solve_velocities``, as are those that part, for they may be pushed back by others.
-    ``bounce``: threshold [m/s], length of the substep [s], finest relative error.
+    ``bounce``: threshold [m/s], lengths of the substep and of the step [s], finest relative error.
     """
-    threshold, h, _ = bounce
+    threshold, h, step, _ = bounce
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
-    approach = Approach(pair, integers, block, blocks, drives, manifolds, h)
+    approach = Approach(pair, integers, block, blocks, drives, manifolds, h, step)
     for k, speed in enumerate(approach.speeds):
         end = approach.gaps[k] - h * speed
         fast = (approach.restitution > 0) & (absolute(speed) > threshold)
@@ -142,9 +142,9 @@ def spot(points, locks, block, integers, blocks, motion, inverse_mass, drives, m
 @simd_kernel
 def aim(points, locks, block, integers, blocks, motion, inverse_mass, drives, manifolds, bounce):
     """The speeds with which the impacts that ``spot`` marked are to end, where the bodies are now."""
-    _, h, finest = bounce
+    _, h, step, finest = bounce
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
-    approach = Approach(pair, integers, block, blocks, drives, manifolds, h)
+    approach = Approach(pair, integers, block, blocks, drives, manifolds, h, step)
     e = approach.restitution
     size = vec.length(pair.v_a) + vec.length(pair.v_b)
     for k, (speed, gap) in enumerate(zip(approach.speeds, approach.gaps, strict=True)):
