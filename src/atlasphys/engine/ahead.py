@@ -11,8 +11,7 @@ import threading
 from atlasphys.engine.jit import is_compiled
 from atlasphys.engine.manifold import update_manifolds
 from atlasphys.engine.manifold.build import build_manifolds
-from atlasphys.engine.solvers import SOLVERS
-from atlasphys.engine.solvers.sequential_impulse import solve
+from atlasphys.engine.solvers.sequential_impulse import SequentialImpulse, advance, solve
 from atlasphys.engine.state.state import Environment, State
 
 
@@ -30,10 +29,8 @@ def compile_second_half(precision: str) -> None:
     """Run the stages from the manifold on with an empty world."""
     environment = Environment((0.0, 0.0, 0.0), 1.0, 1.0, 0, 0)
     state = State({"single": "f", "double": "d"}[precision], environment)
-    for solver in SOLVERS.values():
-        update_manifolds(state, 0)
-        if solver.advance is not None:
-            solver.advance(state, solver.settings(), 1.0)
+    update_manifolds(state, 0)
+    advance(state, SequentialImpulse(), 1.0)
 
 
 if __name__ == "__main__":
