@@ -63,7 +63,7 @@ def test_static_friction_holds_below_and_fails_above_the_critical_angle(mu):
 
 
 def test_static_friction_remembers_where_it_held():
-    """A stack on a slope does not creep, although one sweep does not solve its friction: what is left undone is made up for later, also in later steps."""
+    """A stack on a slope does not creep, although one sweep does not solve its friction: what is left undone is made up for later."""
     slope = np.arctan(0.3)
     world = world_of(gravity=(G * np.sin(slope), -G * np.cos(slope), 0))
     world.add(ap.Plane(normal=(0, 1, 0)), friction=0.6)

@@ -61,8 +61,8 @@ MOST_SWEEPS = 400
 """Most sweeps over the velocities while impacts are not solved. Usually it is one; elastic piles take a hundred."""
 
 EASED, EASE = 200, 0.95
-"""After so many sweeps impacts are weakened by this factor in each. Where bodies are jammed no speeds satisfy all impacts, and impulses would grow without
-end; weakened enough, all can be satisfied, and impulses that are accumulated can be taken back."""
+"""After so many sweeps impacts are weakened by this factor in each. Where bodies are jammed no speeds satisfy all impacts, and impulses would
+grow without end; weakened enough, all can be satisfied, and impulses that are accumulated can be taken back."""
 
 FINEST = {"f": 1e-6, "d": 1e-14}
 """Relative error of speeds that is asked for where e = 1, by NumPy's character for the precision."""
@@ -75,8 +75,8 @@ class XPBD:
     Attributes:
         substeps: substeps a step; all errors shrink with their length. More: stiffer stacks, in proportion slower.
         compliance: give of a contact point under a force along its normal [m/N]. 0: rigid, as far as the substeps allow.
-        push_out_speed: greatest speed at which overlap is pushed out [m/s], for a length unit of 1 m. The paper has no such limit; without one, bodies that
-            were put into each other are thrown apart.
+        push_out_speed: greatest speed at which overlap is pushed out [m/s], for a length unit of 1 m. The paper has no such limit.
+            Larger: bodies that were put into each other are thrown apart. Smaller: heavy bodies squeeze light ones out.
 
     Raises:
         InvalidArgumentError: a value is not of the right kind or out of range.
@@ -383,7 +383,7 @@ def advance(state: State, settings: XPBD, h: float) -> None:
     sub = h / settings.substeps
     weight = float(np.linalg.norm(environment.gravity))
     constants = Constants(
-        gravity=tuple(real(g) for g in environment.gravity),  # type: ignore[arg-type]
+        gravity=tuple(real(g) for g in environment.gravity),
         h=real(sub),
         substeps=settings.substeps,
         ratio=real(state.last_h / h),
