@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from atlasphys.engine.solvers.avbd import AVBD as AVBD
     from atlasphys.engine.solvers.sequential_impulse import SequentialImpulse as SequentialImpulse
     from atlasphys.engine.solvers.soft_step import SoftStep as SoftStep
+    from atlasphys.engine.solvers.xpbd import XPBD as XPBD
     from atlasphys.errors import AtlasPhysError as AtlasPhysError
     from atlasphys.errors import DivergenceError as DivergenceError
     from atlasphys.errors import InvalidArgumentError as InvalidArgumentError
@@ -74,6 +75,7 @@ _HOMES = {
     "Sphere": "engine.shapes.sphere",
     "Trajectory": "record.read",
     "World": "world.world",
+    "XPBD": "engine.solvers.xpbd",
     "load_scene": "scene.load",
     "octahedron": "engine.shapes.hull",
     "pyramid": "engine.shapes.hull",

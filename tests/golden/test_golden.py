@@ -35,6 +35,10 @@ STAGED = {
     "avbd: tower of 5": lambda: stack(5, preset="avbd"),
     "avbd: heap of everything, double": lambda: heap(12, preset="avbd", precision="double"),
     "avbd: implosion": lambda: implosion(partial(ap.World, preset="avbd"), 0.5, 0.5, 28),
+    "xpbd: tower of 5, single": lambda: stack(5, preset="xpbd"),
+    "xpbd: tower of 5, double": lambda: stack(5, preset="xpbd", precision="double"),
+    "xpbd: heap of everything": lambda: settled_heap(5, 27, SHAPES, preset="xpbd"),
+    "xpbd: heap of everything, rolling and locked": lambda: heap(13, spread=4.0, preset="xpbd"),
 }
 AT = (1, 10, 100)
 

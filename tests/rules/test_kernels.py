@@ -28,6 +28,7 @@ FLOAT_TO_DOUBLE = {
     "shapes.bounds.update_bounds": "bounds are positions",
     "solvers.avbd.solve": "centres and origins are positions",
     "solvers.sequential_impulse.solve": "centres and origins are positions",
+    "solvers.xpbd.solve": "centres and origins are positions",
     "state.pose.refresh": "centres are positions",
     "state.state.non_finite_rows": "one sum of zeros over positions and the rest",
 }

@@ -22,6 +22,7 @@ NOT_MET = {
     ("default", 21): "soft contacts sag: a tower of 10 by 2 cm",
     ("classic", 20): "ten sweeps are too few",
     ("classic", 21): "ten sweeps are too few",
+    ("xpbd", 28): "one sweep over the velocities does not quite take back the speed of pushing out",
 }
 
 # Many seconds with any solver but the default.

@@ -46,6 +46,7 @@ NARROWPHASES = ("auto", "gjk_epa", "sat")
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {"broadphase": "tree", "narrowphase": "auto", "solver": "soft_step"},
     "classic": {"broadphase": "sweep", "narrowphase": "gjk_epa", "solver": "sequential_impulse"},
+    "xpbd": {"broadphase": "tree", "narrowphase": "sat", "solver": "xpbd"},
     "avbd": {"broadphase": "tree", "narrowphase": "auto", "solver": "avbd"},
 }
 """Name → arguments of ``World`` that it stands for."""
@@ -94,14 +95,16 @@ class World:
     Args:
         gravity: acceleration of free fall [m/s²], (3,).
         preset: a named set of the arguments below; explicit ones override it. ``"default"``: tree, auto, soft_step. ``"classic"``: sweep and prune,
-            GJK + EPA, sequential impulses with position projection. ``"avbd"``: tree, auto, avbd, for extreme ratios of masses.
-        solver: name of a solver, ``"soft_step"``, ``"sequential_impulse"`` or ``"avbd"``, or its settings, ``ap.SoftStep(contact_recycling=False)``.
+            GJK + EPA, sequential impulses with position projection. ``"xpbd"``: tree, separating axis test, extended position-based dynamics.
+            ``"avbd"``: tree, auto, avbd, for extreme ratios of masses.
+        solver: name of a solver, ``"soft_step"``, ``"sequential_impulse"``, ``"xpbd"`` or ``"avbd"``, or its settings,
+            ``ap.SoftStep(contact_recycling=False)``.
         narrowphase: ``"gjk_epa"`` or ``"sat"`` forces one method for all convex pairs that it can serve; ``"auto"`` picks the
             fastest right one per pair.
         broadphase: ``"tree"`` (bounding volume hierarchies over fat boxes, kept from step to step), ``"sweep"`` (sweep and prune) or ``"brute"`` (all
             pairs; for few bodies, and the reference). They find the same contacts.
         position_correction: ``"projection"`` or ``"baumgarte"``: how overlap is removed; see :class:`SequentialImpulse`.
-        substeps: solver steps per step. Default: 4; ``sequential_impulse`` takes 1.
+        substeps: solver steps per step. Default: 4, with ``xpbd`` 15; ``sequential_impulse`` takes 1.
         threads: number of threads that share the work of a step, for ``soft_step``. Worth it from about a thousand contacts on. Default: 1. The
             results are the same to the bit for any number.
         precision: ``"single"`` (faster) or ``"double"``, for all but positions, which are always double.
