@@ -160,9 +160,11 @@ def prepare_contacts(bodies, manifolds, blocks, locked, ratio):
     """Write the blocks. Returns whether some contact has restitution."""
     inverse_mass, bounces = bodies.inverse_mass, False
     none = ratio - ratio
+    motion = bodies.motion
     for block in range(blocks.starts[1, COLOURS + 1]):
         special = prepare(4, locked, block, blocks.integers_many, blocks.contacts_many, manifolds, inverse_mass, ratio)
         begin(4, block, blocks.contacts_many)
+        renew(4, locked, block, blocks.integers_many, blocks.contacts_many, motion, inverse_mass)
         if special:
             bounces = note_materials(4, block, blocks.integers_many, manifolds) or bounces
             if blocks.integers_many[block, ROLLS, 0]:
@@ -172,6 +174,7 @@ def prepare_contacts(bodies, manifolds, blocks, locked, ratio):
     for block in range(blocks.starts[0, COLOURS + 1]):
         special = prepare(1, locked, block, blocks.integers_one, blocks.contacts_one, manifolds, inverse_mass, ratio)
         begin(1, block, blocks.contacts_one)
+        renew(1, locked, block, blocks.integers_one, blocks.contacts_one, motion, inverse_mass)
         if special:
             bounces = note_materials(1, block, blocks.integers_one, manifolds) or bounces
             if blocks.integers_one[block, ROLLS, 0]:

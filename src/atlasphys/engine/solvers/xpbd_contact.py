@@ -52,7 +52,13 @@ class XpbdFields(Fields):
         self.bounce = self.number  # speed with which an impact ends; 0 at points that rest
         self.allowed = self.bounce + points  # error of that speed that is allowed
         self.anchor = self.allowed + points  # 2 along the tangents, 1 about the normal: see ``Grip``
-        self.number = self.anchor + 3
+        self.response = self.anchor + 3  # K, upper triangle row by row
+        self.number = self.response + points * (points + 1) // 2
+
+    def entry(self, j: int, k: int) -> int:
+        """Field of K_jk: by how much an impulse at point k changes the normal velocity at point j."""
+        j, k = min(j, k), max(j, k)
+        return self.response + j * self.points - j * (j + 1) // 2 + k
 
 
 class Grip:
@@ -159,7 +165,8 @@ def aim(points, locks, block, integers, blocks, motion, inverse_mass, drives, ma
 
 @simd_kernel
 def renew(points, locks, block, integers, blocks, motion, inverse_mass):
-    """The matrices of a block where the bodies are now. Many sweeps with those of the step's start can diverge where bodies have turned far."""
+    """The matrices of a block where the bodies are now: at the start of the step, and before impacts are swept many times, which with old ones could
+    diverge where bodies have turned far."""
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
     n, t = pair.normal, vec.tangents(pair.normal)
     valid = [load(integers, block, COUNT) > k for k in range(points)]
