@@ -17,7 +17,7 @@ class Constants(NamedTuple):
     gravity: tuple[float, float, float]
     ratio: float
     """Factor on last step's impulses."""
-    soft: tuple[float, float, float, float, float, float, float, float]
+    soft: tuple[float, float, float, float, float, float]
     """See solvers/soft_contact.py."""
     bounce: tuple[float, float, float, float, float]
     """See solvers/bounce_block.py."""

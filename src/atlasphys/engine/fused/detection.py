@@ -161,23 +161,27 @@ def enqueue(p, bodies, colliders, shapes, constants, old, new, work, lanes):
 
 
 @routine
-def recycle_queue(bodies, colliders, shapes, constants, old, new, work, lanes):
-    """Recycle the pairs that wait for it, up to eight, or have them collided."""
-    number = lanes.queued[KINDS]
-    lanes.queued[KINDS] = 0
+def recycle_queue(points, bodies, colliders, shapes, constants, old, new, work, lanes):
+    """Recycle the pairs of up to so many points that wait for it, up to eight, or have them collided."""
+    waiting = KINDS if points > 1 else KINDS + 1
+    number = lanes.queued[waiting]
+    lanes.queued[waiting] = 0
     for lane in range(LANES):
-        p = lanes.queue[KINDS, min(lane, number - 1)]
+        p = lanes.queue[waiting, min(lane, number - 1)]
         fill_pair_lane(
             lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
         )
         lanes.integers[HAS_COPY, lane] = 1 if new.collided[p] == old.collided[work.origin[p]] else 0
-    recycle(lanes.integers, lanes.delta, bodies.geometry, old, new, constants.recycling)
+    if points > 1:
+        recycle(4, lanes.integers, lanes.delta, bodies.geometry, old, new, constants.recycling)
+    else:
+        recycle(1, lanes.integers, lanes.delta, bodies.geometry, old, new, constants.recycling)
     recycled = 0
     for lane in range(number):
         if lanes.integers[RESULT, lane]:
             recycled |= 1 << lane
     for lane in range(number):
-        p = lanes.queue[KINDS, lane]
+        p = lanes.queue[waiting, lane]
         if recycled & (1 << lane):
             j = work.origin[p]
             new.count[p], new.touching[p], new.collided[p] = old.count[j], old.touching[j], old.collided[j]
@@ -244,7 +248,9 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work, lanes, m
         stop = min(first + CHUNK, count)
         detect_range(first, stop, bodies, colliders, shapes, constants, reach, old, new, work, lanes)
     if lanes.queued[KINDS] > 0:
-        recycle_queue(bodies, colliders, shapes, constants, old, new, work, lanes)
+        recycle_queue(4, bodies, colliders, shapes, constants, old, new, work, lanes)
+    if lanes.queued[KINDS + 1] > 0:
+        recycle_queue(1, bodies, colliders, shapes, constants, old, new, work, lanes)
     for kind in range(KINDS):
         if lanes.queued[kind] > 0:
             collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, lanes)
@@ -281,10 +287,11 @@ def detect_range(first, stop, bodies, colliders, shapes, constants, reach, old, 
             new.count[p] = 0
             rides = status[KINEMATIC_BODIES] and (is_turntable(bodies, a) or is_turntable(bodies, b))
             if recycling and j >= 0 and old.count[j] > 0 and not rides:
-                lanes.queue[KINDS, lanes.queued[KINDS]] = p
-                lanes.queued[KINDS] += 1
-                if lanes.queued[KINDS] == LANES:
-                    recycle_queue(bodies, colliders, shapes, constants, old, new, work, lanes)
+                waiting = KINDS if old.count[j] > 1 else KINDS + 1
+                lanes.queue[waiting, lanes.queued[waiting]] = p
+                lanes.queued[waiting] += 1
+                if lanes.queued[waiting] == LANES:
+                    recycle_queue(old.count[j], bodies, colliders, shapes, constants, old, new, work, lanes)
             elif not status[KEEPS] or work.travel[a] + work.travel[b] >= work.expiry[p]:
                 asked |= 1 << lane
         if asked and status[KEEPS]:

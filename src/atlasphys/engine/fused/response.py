@@ -180,21 +180,35 @@ def bounce_contacts(locked, motion, inverse_mass, drives, constants, new, work, 
 
 
 @routine
+def beside(block, colour, stop):
+    """The block that is worked on together with ``block``: the next, or itself if there is none, or the two may have bodies in common."""
+    return block + 1 if colour < COLOURS and block + 1 < stop else block
+
+
+@routine
 def start_contacts(locked, motion, inverse_mass, work, member):
     """Apply the impulses that the last substep ended with."""
     starts = work.starts
     for colour in range(work.status[COLOURED]):
         begin_colour(colour, motion, work, member)
         first, stop = share_of_colour(1, colour, starts, member)
+        block = first
+        while block < stop:
+            other = beside(block, colour, stop)
+            warm_start(4, locked, block, other, work.integers_many, work.blocks_many, motion, inverse_mass)
+            block = other + 1
         for block in range(first, stop):
-            warm_start(4, locked, block, work.integers_many, work.blocks_many, motion, inverse_mass)
             if work.integers_many[block, ROLLS, 0]:
                 start_rolling(
                     4, block, work.integers_many, work.blocks_many, work.rolls_many, motion, inverse_mass
                 )  # fmt: skip
         first, stop = share_of_colour(0, colour, starts, member)
+        block = first
+        while block < stop:
+            other = beside(block, colour, stop)
+            warm_start(1, locked, block, other, work.integers_one, work.blocks_one, motion, inverse_mass)
+            block = other + 1
         for block in range(first, stop):
-            warm_start(1, locked, block, work.integers_one, work.blocks_one, motion, inverse_mass)
             if work.integers_one[block, ROLLS, 0]:
                 start_rolling(1, block, work.integers_one, work.blocks_one, work.rolls_one, motion, inverse_mass)
         meet_after(colour, starts, member)
@@ -208,21 +222,29 @@ def solve_contacts(relax, locked, motion, inverse_mass, soft, work, member):
     for colour in range(work.status[COLOURED]):
         begin_colour(colour, motion, work, member)
         first, stop = share_of_colour(1, colour, starts, member)
-        for block in range(first, stop):
+        block = first
+        while block < stop:
+            other = beside(block, colour, stop)
             if relax:
-                solve(4, locked, 1, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+                solve(4, locked, 1, block, other, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
             else:
-                solve(4, locked, 0, block, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+                solve(4, locked, 0, block, other, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+            block = other + 1
+        for block in range(first, stop):
             if work.integers_many[block, ROLLS, 0]:
                 solve_rolling(
                     4, block, work.integers_many, work.blocks_many, work.rolls_many, motion, inverse_mass, counts
                 )  # fmt: skip
         first, stop = share_of_colour(0, colour, starts, member)
-        for block in range(first, stop):
+        block = first
+        while block < stop:
+            other = beside(block, colour, stop)
             if relax:
-                solve(1, locked, 1, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+                solve(1, locked, 1, block, other, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
             else:
-                solve(1, locked, 0, block, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+                solve(1, locked, 0, block, other, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+            block = other + 1
+        for block in range(first, stop):
             if work.integers_one[block, ROLLS, 0]:
                 solve_rolling(
                     1, block, work.integers_one, work.blocks_one, work.rolls_one, motion, inverse_mass, counts

@@ -82,9 +82,9 @@ class Lanes(NamedTuple):
     moved: npt.NDArray[np.floating]
     """(8, 8) see solvers/body_block.py."""
     queue: npt.NDArray[np.int32]
-    """(kinds + 1, 8) pairs of each kind that wait for a block to be full."""
+    """(at least kinds + 2, 8) pairs of each kind that wait for a block to be full; and those to be recycled, of several points and of one."""
     queued: npt.NDArray[np.int32]
-    """(at least kinds + 1,) how many wait."""
+    """(at least kinds + 2,) how many wait."""
 
 
 @by_address
@@ -202,7 +202,7 @@ def empty_lanes(threads: int, kinds: int, real: npt.DTypeLike) -> Lanes:
     def block(fields: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
         return aligned_zeros((threads, fields, LANES), dtype)
 
-    even = kinds + 2 & ~1  # at least kinds + 1
+    even = kinds + 3 & ~1  # at least kinds + 2
 
     return Lanes(
         integers=block(8, np.int32),
