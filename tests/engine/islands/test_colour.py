@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
-from atlasphys.engine.islands.split import HUB_COLUMNS, MOST_CONTACTS, ROW
+from atlasphys.engine.islands.split import MOST_CONTACTS
 from atlasphys.engine.jit import kernel
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.state.blocks import BODY_A, BODY_B, COUNT, INTEGERS, MANIFOLD, MOVES_A, MOVES_B
@@ -14,8 +14,8 @@ from tests.engine.islands.blocks import in_blocks
 
 
 @kernel
-def colour(ends, count, live, number, moves, used, hubs, found, colours, sizes, starts):
-    colour_contacts(ends, count, live, number, moves, used, hubs, found, colours, sizes)
+def colour(ends, count, live, number, moves, used, colours, sizes, starts):
+    colour_contacts(ends, count, live, number, moves, used, colours, sizes)
     return block_ranges(sizes, starts)
 
 
@@ -29,11 +29,10 @@ def coloured(pairs, points, moves, live, hubs):
     pairs = np.array(pairs, np.int32).reshape(-1, 2)
     ends = in_blocks(pairs)
     points, moves, live = np.array(points, np.int32), np.array(moves, np.uint8), np.array(live, np.int32)
-    table = np.zeros((len(hubs), HUB_COLUMNS), np.int32)
-    table[:, ROW] = hubs
     colours, used = np.full(len(pairs), -1, np.int8), np.zeros(len(moves), np.uint64)
+    used[list(hubs)] = ~np.uint64(0)
     sizes, starts = np.zeros((2, COLOURS + 1), np.int64), np.zeros((2, COLOURS + 2), np.int64)
-    number = colour(ends, points, live, len(live), moves, used, table, len(hubs), colours, sizes, starts)
+    number = colour(ends, points, live, len(live), moves, used, colours, sizes, starts)
     assert number == max((colours[i] + 1 for i in live), default=0)
     blocks = [np.full((starts[k, COLOURS + 1] + 1, INTEGERS, LANES), 7, np.int32) for k in range(2)]
     cursor = np.zeros((2, COLOURS + 1), np.int64)
@@ -94,6 +93,12 @@ def test_random_contacts(data):
 
 def test_no_contacts():
     check([], [], [1, 1], [])
+
+
+def test_one_plate_under_five_hundred_bodies():
+    """One that is not split takes all colours, and the rest overflows one by one."""
+    colours = check([(0, i) for i in range(1, 501)], [4] * 500, [1] * 501, range(500))
+    assert sorted(colours) == [*range(COLOURS), *[COLOURS] * (500 - COLOURS)]
 
 
 def test_a_static_plate_under_five_hundred_bodies_takes_one_colour():

@@ -27,10 +27,10 @@ CUBE = ap.Box(size=(1, 1, 1))
 
 
 @kernel
-def split(pair_bodies, live, number, moves, count, inverse_mass, hub_of, hubs, heaviest, ends):
+def split(pair_bodies, live, number, moves, count, inverse_mass, hub_of, hubs, heaviest, ends, used):
     found, parts = find_hubs(pair_bodies, live, number, moves, count, hub_of, hubs)
     if found <= len(hubs):
-        deal_contacts(pair_bodies, live, number, inverse_mass, hub_of, hubs, found, heaviest, ends)
+        deal_contacts(pair_bodies, live, number, inverse_mass, hub_of, hubs, found, heaviest, ends, used)
     return found, parts
 
 
@@ -47,10 +47,13 @@ def dealt(pairs, moves, inverse, live=None, room=8):
     hubs, heaviest = np.zeros((room, HUB_COLUMNS), np.int32), np.zeros((room, MOST_WHOLE + 1))
     pair_bodies, moves = in_blocks(pairs), np.array(moves, np.uint8)
     ends = np.full_like(pair_bodies, -1)
-    hub_of = np.zeros(len(moves), np.int32)
+    hub_of, used = np.zeros(len(moves), np.int32), np.ones(len(moves) + 999, np.uint64)
     found, parts = split(
-        pair_bodies, live, len(live), moves, len(moves), inverse_mass, hub_of, hubs, heaviest, ends
+        pair_bodies, live, len(live), moves, len(moves), inverse_mass, hub_of, hubs, heaviest, ends, used
     )  # fmt: skip
+    if found <= room:
+        every = np.where(np.isin(np.arange(len(used)), hubs[:found, ROW]), ~np.uint64(0), np.uint64(0))
+        np.testing.assert_array_equal(used, every)
     rows = ends.transpose(0, 2, 1).reshape(-1, 2)
     assert (np.delete(rows, live, axis=0) == -1).all()
     return hubs[:found], parts, rows[: len(pairs)]

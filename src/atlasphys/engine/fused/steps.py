@@ -5,6 +5,8 @@ candidate pairs, routines for pairs of rarer shapes, or more memory. It then say
 The stages are those of ``step.py``, in the same order; their algorithms are in the folders that bear their names.
 """
 
+import numpy as np
+
 from atlasphys.engine.broadphase.fat_boxes import has_left
 from atlasphys.engine.fused.detection import (
     begin_detection,
@@ -112,7 +114,8 @@ def arrange_contacts(bodies, count, new, work):
     FINISHED."""
     status, live, ends = work.status, work.status[LIVE], work.pair_bodies
     status[HUBS] = status[PARTS] = 0
-    colour_contacts(ends, new.count, work.live, live, work.moves, work.used, work.hubs, 0, work.colours, work.sizes)
+    work.used[:] = np.uint64(0)
+    colour_contacts(ends, new.count, work.live, live, work.moves, work.used, work.colours, work.sizes)
     status[COLOURED] = block_ranges(work.sizes, work.starts)
     if status[COLOURED] > MOST_CONTACTS:
         status[HUBS], status[PARTS] = find_hubs(ends, work.live, live, work.moves, count, work.parent, work.hubs)
@@ -124,12 +127,11 @@ def arrange_contacts(bodies, count, new, work):
         ):
             return NEED_PARTS
         deal_contacts(
-            ends, work.live, live, bodies.inverse_mass, work.parent, work.hubs, status[HUBS], work.heaviest, work.ends
+            ends, work.live, live, bodies.inverse_mass, work.parent, work.hubs, status[HUBS], work.heaviest, work.ends,
+            work.used,
         )  # fmt: skip
         ends = work.ends
-        colour_contacts(
-            ends, new.count, work.live, live, work.moves, work.used, work.hubs, status[HUBS], work.colours, work.sizes
-        )  # fmt: skip
+        colour_contacts(ends, new.count, work.live, live, work.moves, work.used, work.colours, work.sizes)
         block_ranges(work.sizes, work.starts)
         status[COLOURED] = COLOURS + 1
     status[BLOCKS_ONE], status[BLOCKS_MANY] = work.starts[0, COLOURS + 1], work.starts[1, COLOURS + 1]

@@ -2,35 +2,31 @@
 
 Contacts of one colour share no body that impulses move, so eight of them at a time, and all of them on several threads, can be solved
 without one seeing another's impulse half applied. Each contact takes the lowest colour that neither of its bodies has used yet: a bit mask of
-64 colours per body. Bodies that impulses do not move (static, kinematic) never conflict. A body with many contacts is split into parts before
-(``split.py``); those of its contacts that are kept whole take the last colour, one contact a block.
+64 colours per body. Bodies that impulses do not move (static, kinematic) never conflict. Where there is none left, the contact
+goes to the last colour, one contact a block: so do those that bodies keep whole that have many contacts and are split (``split.py``).
 """
 
 import numpy as np
 
-from atlasphys.engine.islands.split import ROW
 from atlasphys.engine.jit import routine
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.state.blocks import BODY_A, BODY_B, COUNT, MANIFOLD, MOVES_A, MOVES_B
 
 COLOURS = 64
-"""Colours that several contacts share; one more, numbered COLOURS, takes the contacts that hubs have as a whole, block by block."""
+"""Colours that several contacts share; one more, numbered COLOURS, takes those for which there is none, block by block."""
 
 
 @routine
-def colour_contacts(ends, count, live, number, moves, used, hubs, found, colours, sizes):
+def colour_contacts(ends, count, live, number, moves, used, colours, sizes):
     """Give the first ``number`` of the manifolds ``live`` their colours, and count them.
 
-    ``ends`` (blocks, 2, 8) are the rows between which each is solved, ``moves`` says which rows impulses move; ``used`` (rows,) uint64 is scratch.
-    All colours are taken from the first ``found`` of the bodies ``hubs``. ``sizes`` (2, COLOURS + 1) receives the number of contacts per class
-    (0: one point; 1: more) and colour.
+    ``ends`` (blocks, 2, 8) are the rows between which each is solved, ``moves`` says which rows impulses move; ``used`` (rows,) uint64 are the
+    colours that each row has in use, and may not get any more. ``sizes`` (2, COLOURS + 1) receives the number of contacts per class (0: one
+    point; 1: more) and colour.
     """
     one = np.uint64(1)
     full = ~np.uint64(0)
-    used[:] = np.uint64(0)
     sizes[:] = 0
-    for hub in range(found):
-        used[hubs[hub, ROW]] = full
     for s in range(number):
         i = live[s]
         row_a, row_b = ends[i // LANES, 0, i % LANES], ends[i // LANES, 1, i % LANES]

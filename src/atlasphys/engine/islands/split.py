@@ -75,12 +75,16 @@ def insert_least(values, x):
 
 
 @routine
-def deal_contacts(pair_bodies, live, number, inverse_mass, hub_of, hubs, found, heaviest, ends):
+def deal_contacts(pair_bodies, live, number, inverse_mass, hub_of, hubs, found, heaviest, ends, used):
     """Write to ``ends`` (blocks, 2, 8) the rows between which each contact is solved: of a hub, that of a part, or its own if the contact is whole.
 
     Parts get contacts in turn, so that each has a sample of all that the body touches. Whole are those with the MOST_WHOLE heaviest neighbours, or
-    fewer: neighbours of equal mass are treated alike. ``heaviest`` (hubs, MOST_WHOLE + 1) is scratch for inverse masses.
+    fewer: neighbours of equal mass are treated alike. ``heaviest`` (hubs, MOST_WHOLE + 1) is scratch for inverse masses. In ``used`` all colours are
+    taken from the hubs' own rows, which leaves them the last one, and none from the others.
     """
+    used[:] = np.uint64(0)
+    for hub in range(found):
+        used[hubs[hub, ROW]] = ~np.uint64(0)
     heaviest[:found] = np.inf
     for s in range(number):
         block, lane = live[s] // LANES, live[s] % LANES

@@ -131,14 +131,16 @@ class Constants(NamedTuple):
 
 
 @kernel
-def colour(bodies, count, manifolds, manifold_count, body, moves, used, live, colours, sizes, starts, plain, tumbling):
+def colour(
+    bodies, count, manifolds, manifold_count, body, moves, used, live, ends, colours, sizes, starts, plain, tumbling
+):  # fmt: skip
     """Colour the contacts and list the bodies that move."""
     list_awake(bodies.kind, bodies.island, bodies.frame, count, plain, tumbling)
     for i in range(manifold_count):
         live[i] = i
-    colour_contacts(
-        manifolds.a, manifolds.b, manifolds.count, live, manifold_count, body, moves, used, colours, sizes
-    )  # fmt: skip
+        ends[i // LANES, 0, i % LANES] = body[manifolds.a[i]]
+        ends[i // LANES, 1, i % LANES] = body[manifolds.b[i]]
+    colour_contacts(ends, manifolds.count, live, manifold_count, moves, used, colours, sizes)
     block_ranges(sizes, starts)
 
 
@@ -288,13 +290,13 @@ def store_contacts(bodies, manifolds, manifold_count, blocks, locked, inverse_h)
 
 
 @kernel
-def solve(bodies, count, body, moves, manifolds, manifold_count, live, colours, cursor, blocks, locked, constants):
+def solve(bodies, count, ends, moves, manifolds, manifold_count, live, colours, cursor, blocks, locked, constants):
     """One step for all bodies: ``constants.substeps`` substeps."""
     motion, geometry, inverse_mass = bodies.motion, bodies.geometry, bodies.inverse_mass
     h, inverse_h = constants.h, constants.positions[0]
     fill_blocks(
-        manifolds.a, manifolds.b, manifolds.count, live, manifold_count, body, moves, colours, blocks.starts, cursor,
-        blocks.integers_one, blocks.integers_many,
+        ends, manifolds.count, live, manifold_count, moves, colours, blocks.starts, cursor, blocks.integers_one,
+        blocks.integers_many,
     )  # fmt: skip
     for rows in (blocks.plain, blocks.tumbling):
         for block in range(len(rows)):
@@ -346,11 +348,12 @@ def in_blocks(state: State, rolls: bool) -> tuple[Blocks, dict[str, npt.NDArray[
         for rows in (int(np.count_nonzero(kind != STATIC)) - tumbles, tumbles)
     )
     moves = (kind == DYNAMIC).astype(np.uint8)
-    live, colours, used = np.empty(m, np.int32), np.empty(m, np.int8), np.empty(n, np.uint64)
+    live, colours, used = np.empty(m, np.int32), np.empty(m, np.int8), np.zeros(n, np.uint64)
+    ends = np.empty((-(-m // LANES), 2, LANES), np.int32)
     sizes, cursor = np.empty((2, 2, COLOURS + 1), np.int64)
     starts = np.empty((2, COLOURS + 2), np.int64)
     colour(
-        bodies, n, manifolds, m, state.colliders.body, moves, used, live, colours, sizes, starts, plain, tumbling
+        bodies, n, manifolds, m, state.colliders.body, moves, used, live, ends, colours, sizes, starts, plain, tumbling
     )  # fmt: skip
     one, many = (int(number) for number in starts[:, COLOURS + 1])
     blocks = state.workspace
@@ -362,7 +365,7 @@ def in_blocks(state: State, rolls: bool) -> tuple[Blocks, dict[str, npt.NDArray[
             rolls_many=aligned_zeros((len(blocks.integers_many), ROLLING_FIELDS, LANES), state.real),
         )
     state.workspace = blocks = blocks._replace(starts=starts, plain=plain, tumbling=tumbling)
-    return blocks, {"moves": moves, "live": live, "colours": colours, "cursor": cursor}
+    return blocks, {"ends": ends, "moves": moves, "live": live, "colours": colours, "cursor": cursor}
 
 
 def empty_blocks(one: int, many: int, real: npt.DTypeLike) -> Blocks:
@@ -407,6 +410,6 @@ def advance(state: State, settings: XPBD, h: float) -> None:
     rolls = bool((state.colliders.material[:n, 2:4] > 0).any())
     blocks, scratch = in_blocks(state, rolls)
     solve(
-        state.bodies, n, state.colliders.body, scratch["moves"], state.next_manifolds, state.next_count,
+        state.bodies, n, scratch["ends"], scratch["moves"], state.next_manifolds, state.next_count,
         scratch["live"], scratch["colours"], scratch["cursor"], blocks, locked, constants,
     )  # fmt: skip
