@@ -20,6 +20,7 @@ from atlasphys.engine.fused.detection import detection_address
 from atlasphys.engine.fused.response import response_address, response_address_with_locks
 from atlasphys.engine.fused.steps import run_steps
 from atlasphys.engine.islands.colour import COLOURS
+from atlasphys.engine.islands.split import HUB_COLUMNS, MOST_WHOLE
 from atlasphys.engine.narrowphase.addresses import ADDRESSES
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
 from atlasphys.engine.narrowphase.dispatch import EDGE_LIMITS, KIND_ROUTINES, ROUTINES, with_room
@@ -54,15 +55,18 @@ from atlasphys.engine.state.work import (
     ENTRIES,
     FORCES,
     GENERIC,
+    HUBS,
     KEEPS,
     KINEMATIC_BODIES,
     NEED_BLOCKS,
     NEED_GENERIC,
     NEED_PAIRS,
+    NEED_PARTS,
     OLD_ROWS,
     PAIRS,
     PAIRS_CHANGED,
     PARITY,
+    PARTS,
     PHASE,
     RENAME,
     RESPONSE,
@@ -218,6 +222,12 @@ def empty_work(state: State) -> Work:
         blocks_many=aligned_zeros((1, Fields(4).number, LANES), real),
         rolls_one=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
         rolls_many=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
+        hubs=np.zeros((0, HUB_COLUMNS), np.int32),
+        heaviest=aligned_zeros((0, MOST_WHOLE + 1), real),
+        ends=np.zeros((0, 2, LANES), np.int32),
+        motion=aligned_zeros((0, 16), real),
+        inverse_mass=aligned_zeros((0, 16), real),
+        drives=aligned_zeros((0, 8), real),
         locked=np.flatnonzero(locks & ROTATION_LOCKS).astype(np.int32),
         plain=np.zeros((-(-int((~tumbles).sum()) // LANES), LANES), np.int32),
         tumbling=np.zeros((-(-int(tumbles.sum()) // LANES), LANES), np.int32),
@@ -307,6 +317,24 @@ def grow_blocks(state: State) -> None:
     state.workspace.work = work
 
 
+def grow_parts(state: State) -> None:
+    """Room for the parts of the bodies that are split in the step."""
+    work, n = state.workspace.work, state.count
+    hubs, parts = 2 * int(work.status[HUBS]), 2 * int(work.status[PARTS])
+    moves = np.ones(n + parts, np.uint8)
+    moves[:n] = work.moves[:n]
+    state.workspace.work = work._replace(
+        hubs=np.zeros((hubs, HUB_COLUMNS), np.int32),
+        heaviest=aligned_zeros((hubs, MOST_WHOLE + 1), state.real),
+        ends=np.zeros_like(work.pair_bodies),
+        motion=aligned_zeros((n + parts, 16), state.real),
+        inverse_mass=aligned_zeros((n + parts, 16), state.real),
+        drives=aligned_zeros((n + parts, 8), state.real),
+        moves=moves,
+        used=np.zeros(n + parts, np.uint64),
+    )
+
+
 def make_generic_ready(state: State, margin: float) -> None:
     """Room for the contacts of the pairs that no body over lanes collides, and the addresses of the routines that do, compiled if need be."""
     work = state.workspace.work
@@ -390,6 +418,8 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
                 space.work.times[BROADPHASE] += time.perf_counter_ns() - looked
             elif answer == NEED_BLOCKS:
                 grow_blocks(state)
+            elif answer == NEED_PARTS:
+                grow_parts(state)
             elif answer == NEED_GENERIC:
                 make_generic_ready(state, values.margin)
             elif answer == DIVERGED:

@@ -6,39 +6,43 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
+from atlasphys.engine.islands.split import HUB_COLUMNS, MOST_CONTACTS, ROW
 from atlasphys.engine.jit import kernel
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.state.blocks import BODY_A, BODY_B, COUNT, INTEGERS, MANIFOLD, MOVES_A, MOVES_B
+from tests.engine.islands.blocks import in_blocks
 
 
 @kernel
-def colour(a, b, count, live, number, body, moves, used, colours, sizes, starts):
-    colour_contacts(a, b, count, live, number, body, moves, used, colours, sizes)
-    block_ranges(sizes, starts)
+def colour(ends, count, live, number, moves, used, hubs, found, colours, sizes, starts):
+    colour_contacts(ends, count, live, number, moves, used, hubs, found, colours, sizes)
+    return block_ranges(sizes, starts)
 
 
 @kernel
-def fill(a, b, count, live, number, body, moves, colours, starts, cursor, integers_one, integers_many):
-    fill_blocks(a, b, count, live, number, body, moves, colours, starts, cursor, integers_one, integers_many)
+def fill(ends, count, live, number, moves, colours, starts, cursor, integers_one, integers_many):
+    fill_blocks(ends, count, live, number, moves, colours, starts, cursor, integers_one, integers_many)
 
 
-def coloured(pairs, points, moves, live):
+def coloured(pairs, points, moves, live, hubs):
     """Colours, sizes, first blocks and the integers of the blocks of both classes."""
     pairs = np.array(pairs, np.int32).reshape(-1, 2)
-    a, b = pairs[:, 0].copy(), pairs[:, 1].copy()
+    ends = in_blocks(pairs)
     points, moves, live = np.array(points, np.int32), np.array(moves, np.uint8), np.array(live, np.int32)
-    body = np.arange(len(moves), dtype=np.int32)
-    colours, used = np.full(len(a), -1, np.int8), np.zeros(len(moves), np.uint64)
+    table = np.zeros((len(hubs), HUB_COLUMNS), np.int32)
+    table[:, ROW] = hubs
+    colours, used = np.full(len(pairs), -1, np.int8), np.zeros(len(moves), np.uint64)
     sizes, starts = np.zeros((2, COLOURS + 1), np.int64), np.zeros((2, COLOURS + 2), np.int64)
-    colour(a, b, points, live, len(live), body, moves, used, colours, sizes, starts)
+    number = colour(ends, points, live, len(live), moves, used, table, len(hubs), colours, sizes, starts)
+    assert number == max((colours[i] + 1 for i in live), default=0)
     blocks = [np.full((starts[k, COLOURS + 1] + 1, INTEGERS, LANES), 7, np.int32) for k in range(2)]
     cursor = np.zeros((2, COLOURS + 1), np.int64)
-    fill(a, b, points, live, len(live), body, moves, colours, starts, cursor, *blocks)
+    fill(ends, points, live, len(live), moves, colours, starts, cursor, *blocks)
     return colours, sizes, starts, blocks
 
 
-def check(pairs, points, moves, live):
-    colours, sizes, starts, blocks = coloured(pairs, points, moves, live)
+def check(pairs, points, moves, live, hubs=()):
+    colours, sizes, starts, blocks = coloured(pairs, points, moves, live, hubs)
     assert sizes.sum() == len(live)
     for c in range(COLOURS):
         of_colour = [i for i in live if colours[i] == c]
@@ -92,12 +96,30 @@ def test_no_contacts():
     check([], [], [1, 1], [])
 
 
-@pytest.mark.parametrize("moves_plate", [0, 1])
-def test_one_plate_under_five_hundred_bodies(moves_plate):
-    """A static or kinematic plate never conflicts: one colour. A dynamic one takes all colours, and the rest overflows one by one."""
-    pairs = [(0, i) for i in range(1, 501)]
-    colours = check(pairs, [4] * 500, [moves_plate] + [1] * 500, range(500))
-    if moves_plate:
-        assert sorted(colours) == [*range(COLOURS), *[COLOURS] * (500 - COLOURS)]
-    else:
-        assert set(colours) == {0}
+def test_a_static_plate_under_five_hundred_bodies_takes_one_colour():
+    """So does a kinematic one: what impulses do not move never conflicts."""
+    assert set(check([(0, i) for i in range(1, 501)], [4] * 500, [0] + [1] * 500, range(500))) == {0}
+
+
+def test_hubs_take_the_last_colour():
+    """Row 0 is a body that has been split, with whole contacts to some; rows 1 and 2 are its parts."""
+    pairs = [(0, 3), (1, 3), (1, 4), (2, 5), (0, 4), (2, 6)]
+    assert list(check(pairs, [4, 4, 1, 4, 1, 4], [1] * 7, range(6), hubs=[0])) == [COLOURS, 0, 1, 0, COLOURS, 1]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rows_that_are_not_split_never_run_out_of_colours(seed):
+    """Two rows of as many contacts as any may have: the contacts between them, which come last, still find a colour."""
+    rng = np.random.default_rng(seed)
+    crowd = MOST_CONTACTS - 1
+    pairs = [(0, 2 + k) for k in range(crowd)]
+    for k in range(crowd):  # neighbours of row 1, the colours of whose contacts with it are pushed up by other contacts
+        place = 2 + crowd + k
+        others = range(2 + 2 * crowd + crowd * k, 2 + 2 * crowd + crowd * (k + 1))
+        pairs += [(place, other) for other in others] + [(1, place)]
+    pairs.append((0, 1))
+    rows = 2 + 2 * crowd + crowd * crowd
+    colours, *_ = coloured(pairs, rng.integers(1, 5, len(pairs)), [1] * rows, range(len(pairs)), ())
+    assert np.bincount(np.ravel(pairs)).max() == MOST_CONTACTS
+    assert colours[-1] == 2 * crowd
+    assert colours.max() < COLOURS

@@ -7,6 +7,7 @@ from atlasphys.engine.simd.address import address_call
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
 from atlasphys.engine.solvers.locked import follow_turn
+from atlasphys.engine.solvers.parts import give_back, hand_out, join_parts, take_bodies
 from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
 from atlasphys.engine.state.blocks import COUNT, MANIFOLD, ROLLS
@@ -15,6 +16,7 @@ from atlasphys.engine.state.work import (
     BOUNCES,
     BROKEN,
     COLOURED,
+    HUBS,
     PARITY,
     PLAIN,
     TUMBLING,
@@ -49,18 +51,26 @@ def share_of_colour(points, colour, starts, member):
 
 
 @routine
+def begin_colour(colour, motion, work, member):
+    """Before the last colour, which has hubs as a whole, the leader joins their parts."""
+    if colour == COLOURS and member.rank == 0:
+        join_parts(work.hubs, work.status[HUBS], motion)
+
+
+@routine
 def meet_after(colour, starts, member):
-    """Wait for the others, unless there was nothing to do, or the leader did this colour and does the next."""
-    if size_of_colour(colour, starts) > 0:
+    """Wait for the others, unless there was nothing to do, or the leader did this colour and does the next. (Where the last colour comes, there
+    were parts to be joined.)"""
+    if size_of_colour(colour, starts) > 0 or colour == COLOURS:
         goes_on = colour < COLOURS and size_of_colour(colour + 1, starts) > 0 and is_leaders(colour + 1, starts)
         if not (goes_on and is_leaders(colour, starts)):
             meet(member)
 
 
 @routine
-def prepare_contacts(bodies, locked, constants, new, work, member):
+def prepare_contacts(locked, inverse_mass, constants, new, work, member):
     """Write the blocks of all contacts. BOUNCES says whether one of them has restitution."""
-    inverse_mass, ratio, bounces = bodies.inverse_mass, constants.ratio, False
+    ratio, bounces = constants.ratio, False
     first, stop = share(0, work.starts[1, COLOURS + 1], member)
     for block in range(first, stop):
         if prepare(4, locked, block, work.integers_many, work.blocks_many, new, inverse_mass, ratio):
@@ -93,9 +103,9 @@ def note_materials(points, block, integers, rolls, new):
 
 
 @routine
-def aim_contacts(bodies, locked, constants, new, work, member):
+def aim_contacts(locked, motion, inverse_mass, drives, constants, new, work, member):
     """Work out what restitution asks for. WRONG becomes 0 if it acts in this step."""
-    motion, inverse_mass, drives, acts = bodies.motion, bodies.inverse_mass, bodies.drive, False
+    acts = False
     first, stop = share(0, work.starts[1, COLOURS + 1], member)
     for block in range(first, stop):
         if aim(
@@ -135,6 +145,7 @@ def strike_contacts(number, locked, motion, inverse_mass, ease, work, member):
     """Pass ``number`` over all contacts, colour by colour. WRONG becomes that number if a bounce was not solved for yet."""
     starts = work.starts
     for colour in range(work.status[COLOURED]):
+        begin_colour(colour, motion, work, member)
         first, stop = share_of_colour(1, colour, starts, member)
         for block in range(first, stop):
             if strike(4, locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, ease):
@@ -147,17 +158,18 @@ def strike_contacts(number, locked, motion, inverse_mass, ease, work, member):
 
 
 @routine
-def bounce_contacts(bodies, locked, constants, new, work, member):
+def bounce_contacts(locked, motion, inverse_mass, drives, constants, new, work, member):
     """Resolve the impacts of contacts with restitution."""
-    motion, inverse_mass = bodies.motion, bodies.inverse_mass
     real = motion.dtype.type
-    aim_contacts(bodies, locked, constants, new, work, member)
+    hand_out(motion, inverse_mass, drives, work, member)
+    aim_contacts(locked, motion, inverse_mass, drives, constants, new, work, member)
     meet(member)
     for visit in range(MOST_STRIKES):
         if work.status[WRONG] < visit:  # not !=: another member may already be in the next pass
             break
         ease = real(1) if visit < EASED else real(EASE)
         strike_contacts(visit + 1, locked, motion, inverse_mass, ease, work, member)
+        hand_out(motion, inverse_mass, drives, work, member)
     first, stop = share(0, work.starts[1, COLOURS + 1], member)
     for block in range(first, stop):
         depart(4, locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, new, constants.ratio)
@@ -178,6 +190,7 @@ def start_contacts(locked, motion, inverse_mass, work, member):
     """Apply the impulses that the last substep ended with."""
     starts = work.starts
     for colour in range(work.status[COLOURED]):
+        begin_colour(colour, motion, work, member)
         first, stop = share_of_colour(1, colour, starts, member)
         block = first
         while block < stop:
@@ -207,6 +220,7 @@ def solve_contacts(relax, locked, motion, inverse_mass, soft, work, member):
     starts = work.starts
     counts = soft[0] - soft[0] + (1 if relax else 0)
     for colour in range(work.status[COLOURED]):
+        begin_colour(colour, motion, work, member)
         first, stop = share_of_colour(1, colour, starts, member)
         block = first
         while block < stop:
@@ -256,27 +270,34 @@ def store_contacts(new, work, member):
 @routine
 def respond(bodies, locked, constants, new, work, member):
     """The solver stage: impulses and motion in all substeps. Each member does its share of every loop."""
-    motion, geometry, inverse_mass, h = bodies.motion, bodies.geometry, bodies.inverse_mass, constants.h
+    motion, geometry, inverse_mass, drives, h = (
+        bodies.motion, bodies.geometry, bodies.inverse_mass, bodies.drive, constants.h,
+    )  # fmt: skip
     status = work.status
+    if status[HUBS] > 0:
+        take_bodies(bodies, work, member)
+        motion, inverse_mass, drives = work.motion, work.inverse_mass, work.drives
     plain, tumbling = work.plain, work.tumbling
     for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
         first, stop = share(0, blocks, member)
         for block in range(first, stop):
             drive(
-                locked, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, bodies.drive,
+                locked, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, drives,
                 constants.gravity, h,
             )  # fmt: skip
-    prepare_contacts(bodies, locked, constants, new, work, member)
+    prepare_contacts(locked, inverse_mass, constants, new, work, member)
     meet(member)
     if status[BOUNCES]:
-        bounce_contacts(bodies, locked, constants, new, work, member)
+        bounce_contacts(locked, motion, inverse_mass, drives, constants, new, work, member)
     for _ in range(constants.substeps):
         for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
             first, stop = share(0, blocks, member)
             for block in range(first, stop):
-                gain_speed(block, rows, motion, bodies.drive)
+                gain_speed(block, rows, motion, drives)
         meet(member)
+        hand_out(motion, inverse_mass, drives, work, member)
         start_contacts(locked, motion, inverse_mass, work, member)
+        hand_out(motion, inverse_mass, drives, work, member)
         solve_contacts(False, locked, motion, inverse_mass, constants.soft, work, member)
         first, stop = share(0, status[PLAIN], member)
         for block in range(first, stop):
@@ -289,8 +310,10 @@ def respond(bodies, locked, constants, new, work, member):
             if member.rank == 0:
                 follow_turn(locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
             meet(member)
+        hand_out(motion, inverse_mass, drives, work, member)
         solve_contacts(True, locked, motion, inverse_mass, constants.soft, work, member)
     store_contacts(new, work, member)
+    give_back(bodies, work, member)
 
 
 @routine

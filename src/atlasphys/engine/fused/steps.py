@@ -16,6 +16,7 @@ from atlasphys.engine.fused.detection import (
 )
 from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
 from atlasphys.engine.islands.sleep import list_active, list_awake, note_rest, put_to_sleep, wake_touched
+from atlasphys.engine.islands.split import MOST_CONTACTS, deal_contacts, find_hubs
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.narrowphase.apart import add_travel
 from atlasphys.engine.simd import LANES
@@ -42,6 +43,7 @@ from atlasphys.engine.state.work import (
     FORCES,
     GENERIC,
     GENERIC_DATA,
+    HUBS,
     ISLANDS,
     KEEPS,
     KINEMATIC_BODIES,
@@ -51,10 +53,12 @@ from atlasphys.engine.state.work import (
     NEED_BLOCKS,
     NEED_GENERIC,
     NEED_PAIRS,
+    NEED_PARTS,
     OLD_ROWS,
     PAIRS,
     PAIRS_CHANGED,
     PARITY,
+    PARTS,
     PHASE,
     PLAIN,
     RESPOND,
@@ -100,6 +104,42 @@ def list_live(count, rows, pair_bodies, active, live):
                 live[number] = i
                 number += 1
     return number
+
+
+@routine
+def arrange_contacts(bodies, count, new, work):
+    """Give the contacts their places in blocks: colours, and before these parts of the bodies that have many. Returns what there is no room for, or
+    FINISHED."""
+    status, live, ends = work.status, work.status[LIVE], work.pair_bodies
+    status[HUBS] = status[PARTS] = 0
+    colour_contacts(ends, new.count, work.live, live, work.moves, work.used, work.hubs, 0, work.colours, work.sizes)
+    status[COLOURED] = block_ranges(work.sizes, work.starts)
+    if status[COLOURED] > MOST_CONTACTS:
+        status[HUBS], status[PARTS] = find_hubs(ends, work.live, live, work.moves, count, work.parent, work.hubs)
+    if status[HUBS] > 0:
+        if (
+            len(work.hubs) < status[HUBS]
+            or len(work.motion) < count + status[PARTS]
+            or len(work.ends) < len(work.pair_bodies)
+        ):
+            return NEED_PARTS
+        deal_contacts(
+            ends, work.live, live, bodies.inverse_mass, work.parent, work.hubs, status[HUBS], work.heaviest, work.ends
+        )  # fmt: skip
+        ends = work.ends
+        colour_contacts(
+            ends, new.count, work.live, live, work.moves, work.used, work.hubs, status[HUBS], work.colours, work.sizes
+        )  # fmt: skip
+        block_ranges(work.sizes, work.starts)
+        status[COLOURED] = COLOURS + 1
+    status[BLOCKS_ONE], status[BLOCKS_MANY] = work.starts[0, COLOURS + 1], work.starts[1, COLOURS + 1]
+    if len(work.blocks_one) < status[BLOCKS_ONE] or len(work.blocks_many) < status[BLOCKS_MANY]:
+        return NEED_BLOCKS
+    fill_blocks(
+        ends, new.count, work.live, live, work.moves, work.colours, work.starts, work.cursor, work.integers_one,
+        work.integers_many,
+    )  # fmt: skip
+    return FINISHED
 
 
 @routine
@@ -257,17 +297,9 @@ def run_steps(
                 list_bodies(bodies, count, work)
                 live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
         status[LIVE] = live
-        colour_contacts(
-            new.a, new.b, new.count, work.live, live, colliders.body, work.moves, work.used, work.colours, work.sizes
-        )
-        status[COLOURED] = block_ranges(work.sizes, work.starts)
-        status[BLOCKS_ONE], status[BLOCKS_MANY] = work.starts[0, COLOURS + 1], work.starts[1, COLOURS + 1]
-        if len(work.blocks_one) < status[BLOCKS_ONE] or len(work.blocks_many) < status[BLOCKS_MANY]:
-            return NEED_BLOCKS
-        fill_blocks(
-            new.a, new.b, new.count, work.live, live, colliders.body, work.moves, work.colours, work.starts, work.cursor,
-            work.integers_one, work.integers_many,
-        )  # fmt: skip
+        missing = arrange_contacts(bodies, count, new, work)
+        if missing != FINISHED:
+            return missing
         status[BOUNCES] = status[BROKEN] = 0
         status[WRONG] = -1
         body_work = (status[PLAIN] + status[TUMBLING]) // BODIES_EACH

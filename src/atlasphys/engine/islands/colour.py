@@ -2,36 +2,38 @@
 
 Contacts of one colour share no body that impulses move, so eight of them at a time, and all of them on several threads, can be solved
 without one seeing another's impulse half applied. Each contact takes the lowest colour that neither of its bodies has used yet: a bit mask of
-64 colours per body. Bodies that impulses do not move (static, kinematic) never conflict. Where a body has more contacts than there are colours, the
-rest goes to the last colour, one contact a block.
-
-M. Tonge et al., "Mass Splitting for Jitter-Free Parallel Rigid Body Simulation" (2012), section 2, describes the alternatives.
+64 colours per body. Bodies that impulses do not move (static, kinematic) never conflict. A body with many contacts is split into parts before
+(``split.py``); those of its contacts that are kept whole take the last colour, one contact a block.
 """
 
 import numpy as np
 
+from atlasphys.engine.islands.split import ROW
 from atlasphys.engine.jit import routine
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.state.blocks import BODY_A, BODY_B, COUNT, MANIFOLD, MOVES_A, MOVES_B
 
 COLOURS = 64
-"""Colours that several contacts share; one more, numbered COLOURS, takes what overflows, block by block."""
+"""Colours that several contacts share; one more, numbered COLOURS, takes the contacts that hubs have as a whole, block by block."""
 
 
 @routine
-def colour_contacts(a, b, count, live, number, body, moves, used, colours, sizes):
+def colour_contacts(ends, count, live, number, moves, used, hubs, found, colours, sizes):
     """Give the first ``number`` of the manifolds ``live`` their colours, and count them.
 
-    ``moves`` says which bodies impulses move; ``used`` (bodies,) uint64 is scratch. ``sizes`` (2, COLOURS + 1) receives the number of contacts per
-    class (0: one point; 1: more) and colour.
+    ``ends`` (blocks, 2, 8) are the rows between which each is solved, ``moves`` says which rows impulses move; ``used`` (rows,) uint64 is scratch.
+    All colours are taken from the first ``found`` of the bodies ``hubs``. ``sizes`` (2, COLOURS + 1) receives the number of contacts per class
+    (0: one point; 1: more) and colour.
     """
     one = np.uint64(1)
     full = ~np.uint64(0)
     used[:] = np.uint64(0)
     sizes[:] = 0
+    for hub in range(found):
+        used[hubs[hub, ROW]] = full
     for s in range(number):
         i = live[s]
-        row_a, row_b = body[a[i]], body[b[i]]
+        row_a, row_b = ends[i // LANES, 0, i % LANES], ends[i // LANES, 1, i % LANES]
         taken = np.uint64(0)
         if moves[row_a]:
             taken |= used[row_a]
@@ -69,8 +71,8 @@ def block_ranges(sizes, starts):
 
 
 @routine
-def fill_blocks(a, b, count, live, number, body, moves, colours, starts, cursor, integers_one, integers_many):
-    """Write which manifold, and which bodies, each lane of each block holds. ``cursor`` (2, COLOURS + 1) is scratch."""
+def fill_blocks(ends, count, live, number, moves, colours, starts, cursor, integers_one, integers_many):
+    """Write which manifold, and which rows, each lane of each block holds. ``cursor`` (2, COLOURS + 1) is scratch."""
     for points in range(2):
         for colour in range(COLOURS + 1):
             cursor[points, colour] = LANES * starts[points, colour]
@@ -84,7 +86,7 @@ def fill_blocks(a, b, count, live, number, body, moves, colours, starts, cursor,
         cursor[points, colour] += LANES if colour == COLOURS else 1
         block, lane = place // LANES, place % LANES
         integers = integers_many if points else integers_one
-        row_a, row_b = body[a[i]], body[b[i]]
+        row_a, row_b = ends[i // LANES, 0, i % LANES], ends[i // LANES, 1, i % LANES]
         integers[block, BODY_A, lane], integers[block, BODY_B, lane] = row_a, row_b
         integers[block, MOVES_A, lane], integers[block, MOVES_B, lane] = moves[row_a], moves[row_b]
         integers[block, MANIFOLD, lane], integers[block, COUNT, lane] = i, count[i]

@@ -40,7 +40,8 @@ BROKEN = 27  # some number of the step is not finite
 COLOURED = 28  # colours of contacts up to the last that is in use
 SLOTS = 29  # slots for contact points that the pairs for other routines need
 EDGE_LIMIT = 30  # see dispatch.EDGE_LIMITS
-ENTRIES = 32
+HUBS, PARTS = 31, 32  # bodies that are split in the step, and their parts, see islands/split.py
+ENTRIES = 33
 
 # Entries of ``Work.calls``, after those of the routines for rarer pairs
 GENERIC_DATA = 3  # what these are called with
@@ -54,7 +55,7 @@ BROADPHASE, NARROWPHASE, ISLANDS, SOLVER, FINISH = 0, 1, 3, 4, 6
 DETECT, TAKE_GENERIC, RESPOND = range(3)
 
 # Why a call returns
-FINISHED, NEED_PAIRS, NEED_GENERIC, NEED_BLOCKS, DIVERGED = range(5)
+FINISHED, NEED_PAIRS, NEED_GENERIC, NEED_PARTS, NEED_BLOCKS, DIVERGED = range(6)
 
 
 class Lanes(NamedTuple):
@@ -108,14 +109,14 @@ class Work(NamedTuple):
     before: npt.NDArray[np.uint8]
     """(n,) whether the body was active at the start of the step."""
     parent: npt.NDArray[np.int32]
-    """(n,) scratch of union–find."""
+    """(n,) scratch of union–find, and for the number of a body's hub."""
     ready: npt.NDArray[np.uint8]
     """(n,) scratch."""
     island_before: npt.NDArray[np.int32]
     rest_before: npt.NDArray[np.floating]
     """(n,) ``Bodies.island`` and ``Bodies.rest`` of the bodies that were woken in this step, as they slept."""
     moves: npt.NDArray[np.uint8]
-    """(n,) whether impulses move the body."""
+    """(n + parts,) whether impulses move the body or part."""
     plane_side: npt.NDArray[np.int8]
     """(P,) 1 if the pair's first body is a plane, 2 if its second is, else 0."""
     origin: npt.NDArray[np.int32]
@@ -152,7 +153,7 @@ class Work(NamedTuple):
     colours: npt.NDArray[np.int8]
     """(P,) colour of each manifold."""
     used: npt.NDArray[np.uint64]
-    """(n,) colours that a body has in use."""
+    """(n + parts,) colours that a body or part has in use."""
     sizes: npt.NDArray[np.int64]
     starts: npt.NDArray[np.int64]
     cursor: npt.NDArray[np.int64]
@@ -166,6 +167,15 @@ class Work(NamedTuple):
     rolls_one: npt.NDArray[np.floating]
     rolls_many: npt.NDArray[np.floating]
     """Rolling friction beside these blocks, see solvers/rolling_block.py; one block if no body has any."""
+    hubs: npt.NDArray[np.int32]
+    heaviest: npt.NDArray[np.floating]
+    """Bodies that are split in the step, see islands/split.py. Of these two and the four next arrays there is none but where there were hubs."""
+    ends: npt.NDArray[np.int32]
+    """(P / 8, 2, 8) like ``pair_bodies``, with the parts of hubs."""
+    motion: npt.NDArray[np.floating]
+    inverse_mass: npt.NDArray[np.floating]
+    drives: npt.NDArray[np.floating]
+    """(n + parts, …) stand for these columns of the bodies, followed by those of the parts, while there are hubs."""
     locked: npt.NDArray[np.int32]
     """Rows of the bodies whose rotation is locked about some axis."""
     plain: npt.NDArray[np.int32]
