@@ -37,7 +37,7 @@ from atlasphys.world.arguments import (
     unit_quaternion,
 )
 from atlasphys.world.body import COEFFICIENTS, RESPONSES, Body
-from atlasphys.world.views import Bodies, Energy, Event, contact_points
+from atlasphys.world.views import Bodies, Energy, Event, contact_count, contact_points
 
 NARROWPHASES = ("auto", "gjk_epa", "sat")
 
@@ -546,6 +546,11 @@ class World:
         ``normal_impulse`` [N s] and ``friction_impulse`` (3,) [N s], applied to b, and their opposites to a.
         """
         return contact_points(self._state)
+
+    @property
+    def contact_count(self) -> int:
+        """Number of contact points of the last step: the length of :attr:`contacts`, without making it."""
+        return contact_count(self._state)
 
     @property
     def events(self) -> list[Event]:
