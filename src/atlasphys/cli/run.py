@@ -37,6 +37,7 @@ def run(
     threads: int | None = None,
     set: Annotated[list[str] | None, Parameter(negative=())] = None,
     record: Path | None = None,
+    record_contacts: Annotated[bool, Parameter(negative=())] = False,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> int:
     """Simulate a scene and summarise what came of it.
@@ -59,20 +60,26 @@ def run(
         NAME=VALUE: a parameter of a scene of the library. May be given several times.
     record
         File for a recording (HDF5).
+    record_contacts
+        Record contact points too, for the viewer to show.
     json
         Print one JSON object on standard output instead of the table.
     """
     from atlasphys.cli.simulation import Simulation, summarize
     from atlasphys.scene.load import load_scene
 
-    loaded = load_scene(scene, **_parameters(set or []))
+    loaded = load_scene(scene, **parse_parameters(set or []))
     step = loaded.dt if dt is None else _positive("--dt", dt)
     length = loaded.seconds if seconds is None else _positive("--seconds", seconds)
     if length / step > MOST_STEPS:
         raise InvalidArgumentError(f"--seconds / --dt must be at most {MOST_STEPS:,} steps (got {length / step:.3g})")
     given = {"preset": preset, "solver": solver, "threads": threads}
     settings = {name: value for name, value in given.items() if value is not None}
-    simulation = Simulation(loaded, max(1, round(length / step)), step, settings, record)
+    if record_contacts and record is None:
+        raise InvalidArgumentError("--record-contacts needs --record FILE")
+    simulation = Simulation(
+        loaded, max(1, round(length / step)), step, settings, record, record_contacts=record_contacts
+    )
     interrupted = _follow(simulation)
     if isinstance(simulation.error, InvalidArgumentError | SceneError) and not simulation.progress.steps:
         raise simulation.error
@@ -112,7 +119,7 @@ def _follow(simulation: Simulation) -> bool:
     return False
 
 
-def _parameters(words: list[str]) -> dict[str, str]:
+def parse_parameters(words: list[str]) -> dict[str, str]:
     """``NAME=VALUE`` words as a mapping."""
     parameters: dict[str, str] = {}
     for word in words:

@@ -81,7 +81,9 @@ def unchanging(function: Any) -> None:
 @registry.register_default(TableType)
 class _TableModel(models.PrimitiveModel):  # type: ignore[misc]
     def __init__(self, manager: Any, kind: TableType) -> None:
-        super().__init__(manager, kind, Address({name: manager[field].get_value_type() for name, field in kind.fields.items()}))
+        super().__init__(
+            manager, kind, Address({name: manager[field].get_value_type() for name, field in kind.fields.items()})
+        )
 
 
 @infer_getattr
