@@ -151,8 +151,8 @@ class Recorder:
     def _contact_rows(self) -> npt.NDArray[np.float32]:
         """(k, 13) the contact points of the last step."""
         points = self._world.contacts
-        columns = [points[name].reshape(len(points), -1) for name in CONTACT_COLUMNS]
-        columns[:2] = [self._columns[column] for column in columns[:2]]
+        columns = [points[name].reshape(len(points), width) for name, width in CONTACT_COLUMNS.items()]
+        columns[:2] = [self._columns[rows] for rows in columns[:2]]
         return np.concatenate(columns, axis=1).astype(np.float32)
 
     def _commit(self) -> None:

@@ -12,20 +12,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from atlasphys.viewer.frame import Frame
-from atlasphys.viewer.overlays import world_box
+from atlasphys.viewer.viewpoint import FIELD_OF_VIEW, view_from
 
 if TYPE_CHECKING:
     from atlasphys.viewer.gui.page import Page
 
-FIELD_OF_VIEW = math.radians(50)
+ANGLE = math.radians(FIELD_OF_VIEW)
+
 NARROW = 0.02
 """Angle of view of what stands in for an orthographic camera [rad]. Smaller: more parallel, and rounder errors of single precision."""
-
-PRESETS = {
-    "Oblique": (0.75, 0.55, 1.0), "Front": (0.0, 0.12, 1.0), "Back": (0.0, 0.12, -1.0), "Right": (1.0, 0.12, 0.0), "Left": (-1.0, 0.12, 0.0),
-    "Top": (0.0, 1.0, 0.001),
-}  # fmt: skip
-"""Directions from which the world is seen."""
 
 BALL_RADIUS, BALL_SPEED = 0.35, 20.0
 """Of a ball that is shot, the radius in widths of a typical body, the speed in m/s."""
@@ -49,9 +44,9 @@ class Cameras:
         self._fit_serial: object = None
         server = page.server
         server.scene.set_up_direction("+y")
-        position, look_at = self.view_from("Oblique", page.frame)
-        server.initial_camera.position, server.initial_camera.look_at = tuple(position), tuple(look_at)
-        server.initial_camera.fov = FIELD_OF_VIEW
+        start = view_from("oblique", page.frame)
+        server.initial_camera.position, server.initial_camera.look_at = tuple(start.position), tuple(start.look_at)
+        server.initial_camera.fov = ANGLE
         server.initial_camera.far = 5000.0
         server.on_client_disconnect(lambda client: self._forget(client.client_id))
 
@@ -61,7 +56,7 @@ class Cameras:
         view = gui.add_button_group("View", ("Oblique", "Front", "Top"))
         side = gui.add_button_group("", ("Left", "Right", "Back"))
         for group in (view, side):
-            group.on_click(lambda event: self.look(event.client, event.target.value))
+            group.on_click(lambda event: self.look(event.client, event.target.value.lower()))
         self._projection = gui.add_button_group("Projection", ("Perspective", "Orthographic"))
         self._projection.on_click(lambda event: self.project(event.client, event.target.value == "Orthographic"))
         sensitivity = gui.add_slider("Mouse sensitivity", 0.1, 3.0, 0.1, 1.0, hint="Of orbiting, panning and zooming")
@@ -83,19 +78,10 @@ class Cameras:
         )
         button.on_click(lambda event: self.toggle_close_up(event.client))
 
-    def view_from(self, preset: str, frame: Frame) -> tuple[Any, Any]:
-        """Position and target of a camera that sees all bodies."""
-        lower, upper = world_box(frame)
-        middle = 0.5 * (lower + upper)
-        radius = max(0.5 * float(np.sqrt(((upper - lower) ** 2).sum())), 1.0)
-        direction = np.array(PRESETS[preset])
-        distance = 1.15 * radius / math.sin(FIELD_OF_VIEW / 2)
-        return middle + distance * direction / np.sqrt((direction**2).sum()), middle
-
-    def look(self, client: Any, preset: str) -> None:
+    def look(self, client: Any, direction: str) -> None:
         """Put a client's camera where it sees everything from a side."""
-        position, target = self.view_from(preset, self._page.frame)
-        self._place(client, position, target)
+        view = view_from(direction, self._page.frame)
+        self._place(client, view.position, view.look_at)
 
     def fit_when_shown(self) -> None:
         """Let all cameras see everything once the new scene is drawn."""
@@ -126,7 +112,7 @@ class Cameras:
         distance = float(np.sqrt((arm**2).sum()))
         with client.atomic():
             camera.max_orbit_distance = float("inf")
-            camera.fov = NARROW if orthographic else FIELD_OF_VIEW
+            camera.fov = NARROW if orthographic else ANGLE
             camera.near = 0.1 * distance if orthographic else 0.01
             camera.far = 4.0 * distance if orthographic else 5000.0
             camera.position = tuple(target + arm)
@@ -161,7 +147,7 @@ class Cameras:
             self._fit_serial = None
             self._closed_up.clear()
             for client in clients.values():
-                self.look(client, "Oblique")
+                self.look(client, "oblique")
         for number, (identity, last, home) in list(self._closed_up.items()):
             client, row = clients.get(number), frame.table.row(identity)
             if client is None or row is None:
@@ -203,4 +189,4 @@ class Cameras:
 
 def _stretch() -> float:
     """How much farther the stand-in for an orthographic camera is."""
-    return math.tan(FIELD_OF_VIEW / 2) / math.tan(NARROW / 2)
+    return math.tan(ANGLE / 2) / math.tan(NARROW / 2)

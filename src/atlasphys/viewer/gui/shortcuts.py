@@ -47,10 +47,10 @@ def _commands(page: Page) -> list[tuple[str, str, Callable[[Any], Any]]]:
         ("V", "Velocity arrows on or off", toggle("velocity")),
         ("M", "Mass × acceleration arrows on or off", toggle("force")),
         ("L", "Dark or light", toggle("dark")),
-        ("1", "View from the front", lambda client: cameras.look(client, "Front")),
-        ("2", "View from the right", lambda client: cameras.look(client, "Right")),
-        ("3", "View from the top", lambda client: cameras.look(client, "Top")),
-        ("4", "Oblique view", lambda client: cameras.look(client, "Oblique")),
+        ("1", "View from the front", lambda client: cameras.look(client, "front")),
+        ("2", "View from the right", lambda client: cameras.look(client, "right")),
+        ("3", "View from the top", lambda client: cameras.look(client, "top")),
+        ("4", "Oblique view", lambda client: cameras.look(client, "oblique")),
     ]
     if "impulse" in page.show.switches:
         common += [
