@@ -130,8 +130,8 @@ class Painter:
         actor = vtkActor()
         actor.SetMapper(mapper)
         shade = actor.GetProperty()
-        shade.SetAmbient(0.45)
-        shade.SetDiffuse(0.7)
+        shade.SetAmbient(0.55)
+        shade.SetDiffuse(0.6)
         shade.SetSpecular(0.08)
         shade.SetSpecularPower(20)
         self._plotter.renderer.AddActor(actor)
@@ -151,9 +151,9 @@ class Painter:
             across = np.cross(normal, along)
             ground = np.array([round(255 * c) for c in entry.color] if entry.color else GROUND[self._look.dark])
             self._add_disc(foot, along, across, ground)
-            self._add_grid(foot + 1e-3 * self._scale.width * normal, along, across, cell, ground)
+            self._add_grid(foot + 4e-3 * self._scale.width * normal, along, across, cell, ground)
             if self._look.shadows and normal @ SUN > 0.1:
-                self._add_shadows(foot + 2e-3 * self._scale.width * normal, normal, ground)
+                self._add_shadows(foot + 1e-2 * self._scale.width * normal, normal, ground)
 
     def _faded(self, colour: Any, points: Any, foot: Any, reach: float) -> Any:
         """(k, 3) the colour at points of the ground, which fades into the background with their distance from its middle."""
@@ -302,7 +302,7 @@ class Painter:
         camera.view_angle = viewpoint.field_of_view
         camera.parallel_projection = viewpoint.orthographic
         camera.parallel_scale = distance * math.tan(math.radians(viewpoint.field_of_view) / 2)
-        camera.clipping_range = (0.01 * distance, distance + 3 * self._reach)
+        camera.clipping_range = (0.05 * distance, distance + 3 * self._reach)
 
 
 def _plotter(pyvista: Any, size: tuple[int, int]) -> Any:

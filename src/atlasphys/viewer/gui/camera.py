@@ -155,7 +155,10 @@ class Cameras:
                 continue
             place = np.array(frame.position[row])
             if np.abs(place - last).max() > 1e-4 and np.isfinite(place).all():
-                client.camera.position = tuple(np.array(client.camera.position) + place - last)
+                camera = client.camera  # what it tells is a little old, but its arm stays right
+                arm = np.array(camera.position) - camera.look_at
+                camera.position = tuple(place + arm)
+                camera.look_at = tuple(place)
                 self._closed_up[number] = (identity, place, home)
 
     def _forget(self, number: int) -> None:
