@@ -36,7 +36,10 @@ class Driver:
         tab = tab or self.tab
         tab.goto(self.viewer.url)
         tab.get_by_role("tab", name="Objects").wait_for()
-        tab.wait_for_function("window.__viserMutable && window.__viserMutable.cameraControl")
+        start = self.viewer.server.initial_camera.look_at
+        clients = self.viewer.server.get_clients
+        until(lambda: clients() and np.allclose(clients()[max(clients())].camera.look_at, start, atol=0.01), "the camera")
+        tab.wait_for_function("!!(window.__viserMutable && window.__viserMutable.cameraControl)")
 
     def sees(self, text):
         """Wait until the page shows a text."""
@@ -60,6 +63,7 @@ class Driver:
     def fill(self, label, value):
         self.field(label).fill(str(value))
         self.field(label).press("Tab")
+        time.sleep(0.15)  # the page sends one field in 50 ms; nobody types faster
 
     def choose(self, label, option):
         self.field(label).click()
@@ -87,7 +91,7 @@ class Driver:
         arm = np.array(point) - camera.position
         depth = arm @ forward
         scale = 1 / np.tan(camera.fov / 2) / depth
-        box = self.tab.locator("canvas").first.bounding_box()
+        box = self.tab.locator("canvas[data-engine]").bounding_box()
         x = arm @ right * scale * box["height"] / 2 + box["width"] / 2
         y = -(arm @ np.cross(right, forward)) * scale * box["height"] / 2 + box["height"] / 2
         return box["x"] + x, box["y"] + y
@@ -105,6 +109,7 @@ def viewer(tab):
     """One server for most tests, with kernels that are compiled."""
     session = Session.from_scene(ap.load_scene("demo"))
     session.step(60)
+    session.reset()
     driver = Driver(session, tab)
     yield driver
     driver.viewer.close()
@@ -142,7 +147,7 @@ def test_start_stop_step_back_and_reset(demo):
     until(lambda: demo.ask(lambda session: session.world.steps) == 0)
     assert demo.ask(lambda session: session.world.state_hash()) == begin
     demo.sees("0.000 s")
-    demo.tab.locator("canvas").first.click(position={"x": 20, "y": 620})
+    demo.tab.locator("canvas[data-engine]").click(position={"x": 20, "y": 620})
     demo.tab.keyboard.press("n")
     until(lambda: demo.ask(lambda session: session.world.steps) == 1)
     demo.tab.keyboard.press("Space")
@@ -169,9 +174,11 @@ def test_every_shape_is_added_by_the_dialog(demo):
     for number, (shape, (sizes, is_right)) in enumerate(SIZES.items()):
         demo.button("Add an object…")
         if number:
+            first_size = demo.tab.get_by_role("dialog").locator("label").nth(1)
+            before = first_size.get_attribute("for")
             demo.choose("Shape", shape)
+            until(lambda old=before: first_size.get_attribute("for") != old, "the fields of the shape")
         for label, value in sizes.items():
-            until(lambda label=label: demo.field(label).count())
             demo.fill(label, value)
         demo.fill("Name", f"my {number}")
         demo.fill("Friction", 0.25)
@@ -188,13 +195,13 @@ def test_every_shape_is_added_by_the_dialog(demo):
 def test_bad_values_are_refused_in_the_dialog_with_the_reason(demo):
     demo.button("Add an object…")
     demo.choose("Shape", "sphere")
-    until(lambda: demo.field("Radius").count())
+    demo.field("Radius").wait_for()
     demo.fill("Radius", -1)
     demo.fill("Restitution", 3)
     demo.button("Add")
     dialog = demo.tab.get_by_role("dialog")
     dialog.get_by_text("shape.radius").wait_for()
-    dialog.get_by_text("restitution").wait_for()
+    dialog.get_by_text("restitution: must be").wait_for()
     assert demo.count() == 9
     demo.fill("Radius", 0.3)
     demo.fill("Restitution", 0.3)
@@ -247,7 +254,7 @@ def test_gravity_solver_and_other_settings_while_running(demo):
     ):
         demo.choose(label, value)
         until(lambda name=name, value=value: demo.ask(lambda session: getattr(session.world, name)) == value)
-    until(lambda: demo.field("Iterations").count())
+    demo.field("Iterations").wait_for()
     demo.fill("Iterations", 6)
     until(lambda: demo.ask(lambda session: session.world.solver_settings.iterations) == 6)
     demo.fill("Time step", 0.01)
@@ -302,7 +309,7 @@ def test_projection_views_and_mouse_sensitivity(demo):
     height = [a[1] - b[1] for a, b in (before, lower)]
     assert height[1] == pytest.approx(height[0], rel=0.4)
     one, other = (demo.screen((0, 3, z))[1] - demo.screen((0, 4, z))[1] for z in (-20, 20))
-    assert one == pytest.approx(other, rel=0.03)  # parallel: as large near as far
+    assert one == pytest.approx(other, rel=0.06)  # parallel: as large near as far
     demo.button("Perspective")
     until(lambda: client.camera.fov > 0.5)
     demo.button("Top")
@@ -310,7 +317,7 @@ def test_projection_views_and_mouse_sensitivity(demo):
     demo.fill("Mouse sensitivity", 2.5)
     demo.tab.wait_for_function("window.__viserMutable.cameraControl.azimuthRotateSpeed === 2.5")
     position = np.array(client.camera.position)
-    demo.tab.locator("canvas").first.click(position={"x": 20, "y": 620})
+    demo.tab.locator("canvas[data-engine]").click(position={"x": 20, "y": 620})
     demo.tab.keyboard.down("w")
     until(lambda: np.linalg.norm(np.array(client.camera.position) - position) > 0.2, "W to fly")
     demo.tab.keyboard.up("w")
@@ -321,7 +328,9 @@ def test_a_body_is_dragged_and_thrown_and_a_ball_shot(demo):
     demo.ask(lambda session: (session.configure(gravity=(0, 0, 0)), session.start()))
     x, y = demo.screen(place)
     demo.tab.mouse.move(x, y)
+    time.sleep(0.3)  # the page finds out what is under the pointer
     demo.tab.mouse.down()
+    time.sleep(0.2)
     for k in range(10):
         demo.tab.mouse.move(x + 8 * k, y, steps=2)
         time.sleep(0.05)
@@ -354,7 +363,7 @@ def test_close_up_follows_the_selected_body(demo):
 def test_scenes_are_loaded_unloaded_and_saved(demo, tmp_path):
     demo.tab_of("Scene")
     demo.choose("Library", "tower")
-    until(lambda: demo.field("Height").count())
+    demo.field("Height").wait_for()
     demo.fill("Height", 4)
     demo.button("Load this scene")
     until(lambda: demo.bodies() == ["ground", "cube 0", "cube 1", "cube 2", "cube 3"])

@@ -44,11 +44,16 @@ class Cameras:
         self._fit_serial: object = None
         server = page.server
         server.scene.set_up_direction("+y")
-        start = view_from("oblique", page.frame)
-        server.initial_camera.position, server.initial_camera.look_at = tuple(start.position), tuple(start.look_at)
+        self._begin_with(page.frame)
         server.initial_camera.fov = ANGLE
         server.initial_camera.far = 5000.0
         server.on_client_disconnect(lambda client: self._forget(client.client_id))
+
+    def _begin_with(self, frame: Frame) -> None:
+        """Let pages that are opened from now on see everything."""
+        start = view_from("oblique", frame)
+        camera = self._page.server.initial_camera
+        camera.position, camera.look_at = tuple(start.position), tuple(start.look_at)
 
     def add_controls(self) -> None:
         """The tab about cameras."""
@@ -146,6 +151,7 @@ class Cameras:
         if self._fit_serial is not None and frame.table is not self._fit_serial:
             self._fit_serial = None
             self._closed_up.clear()
+            self._begin_with(frame)
             for client in clients.values():
                 self.look(client, "oblique")
         for number, (identity, last, home) in list(self._closed_up.items()):
