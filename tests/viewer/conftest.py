@@ -5,10 +5,16 @@ import warnings
 
 import pytest
 
-FLAGS = (
-    "--no-sandbox --disable-quic --no-first-run --disable-background-networking --disable-component-update --disable-sync "
-    "--use-angle=swiftshader --enable-unsafe-swiftshader"
-).split()
+FLAGS = [
+    "--no-sandbox",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+]
 
 
 def chromium():
@@ -19,7 +25,9 @@ def chromium():
 @pytest.fixture(scope="session")
 def browser(tmp_path_factory):
     """A running browser."""
-    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: pip install 'atlasphys[test]'")
+    api = pytest.importorskip(
+        "playwright.sync_api", reason="playwright is not installed: pip install 'atlasphys[test]'"
+    )
     pytest.importorskip("viser", reason="viser is not installed: pip install 'atlasphys[viewer]'")
     program = chromium()
     if program is None:
@@ -30,7 +38,7 @@ def browser(tmp_path_factory):
             executable_path=program,
             args=FLAGS,
             headless=True,
-            viewport={"width": 1000, "height": 640},
+            viewport={"width": 900, "height": 540},
         )
         context.set_default_timeout(10_000)
         yield context

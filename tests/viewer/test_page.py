@@ -38,7 +38,9 @@ class Driver:
         tab.get_by_role("tab", name="Objects").wait_for()
         start = self.viewer.server.initial_camera.look_at
         clients = self.viewer.server.get_clients
-        until(lambda: clients() and np.allclose(clients()[max(clients())].camera.look_at, start, atol=0.01), "the camera")
+        until(
+            lambda: clients() and np.allclose(clients()[max(clients())].camera.look_at, start, atol=0.01), "the camera"
+        )
         tab.wait_for_function("!!(window.__viserMutable && window.__viserMutable.cameraControl)")
 
     def sees(self, text):
@@ -68,6 +70,13 @@ class Driver:
     def choose(self, label, option):
         self.field(label).click()
         self.tab.get_by_role("option", name=option, exact=True).click()
+
+    def choose_shape(self, shape):
+        """In the dialog; its fields are made anew."""
+        first_size = self.tab.get_by_role("dialog").locator("label").nth(1)
+        before = first_size.get_attribute("for")
+        self.choose("Shape", shape)
+        until(lambda: first_size.get_attribute("for") != before, "the fields of the shape")
 
     def bodies(self):
         return self.ask(lambda session: [body.name for body in session.world.bodies])
@@ -147,7 +156,7 @@ def test_start_stop_step_back_and_reset(demo):
     until(lambda: demo.ask(lambda session: session.world.steps) == 0)
     assert demo.ask(lambda session: session.world.state_hash()) == begin
     demo.sees("0.000 s")
-    demo.tab.locator("canvas[data-engine]").click(position={"x": 20, "y": 620})
+    demo.tab.locator("canvas[data-engine]").click(position={"x": 20, "y": 520})
     demo.tab.keyboard.press("n")
     until(lambda: demo.ask(lambda session: session.world.steps) == 1)
     demo.tab.keyboard.press("Space")
@@ -162,7 +171,10 @@ SIZES = {
     "capsule": ({"Radius": 0.3, "Length": 0.8}, lambda s: (s.radius, s.length) == (0.3, 0.8)),
     "cylinder": ({"Radius": 0.3, "Length": 0.8}, lambda s: (s.radius, s.length) == (0.3, 0.8)),
     "cone": ({"Radius": 0.4, "Height": 0.9}, lambda s: (s.radius, s.height) == (0.4, 0.9)),
-    "convex hull": ({"Points": "0 0 0\n2 0 0\n0 2 0\n0 0 2"}, lambda s: len(s.vertices) == 4 and abs(s.volume - 4 / 3) < 1e-9),
+    "convex hull": (
+        {"Points": "0 0 0\n2 0 0\n0 2 0\n0 0 2"},
+        lambda s: len(s.vertices) == 4 and abs(s.volume - 4 / 3) < 1e-9,
+    ),
     "tetrahedron": ({"Radius": 0.6}, lambda s: len(s.vertices) == 4),
     "pyramid (square, pentagonal, …)": ({"Sides": 6}, lambda s: len(s.vertices) == 7),
     "octahedron": ({"Radius": 0.6}, lambda s: len(s.vertices) == 6),
@@ -174,10 +186,7 @@ def test_every_shape_is_added_by_the_dialog(demo):
     for number, (shape, (sizes, is_right)) in enumerate(SIZES.items()):
         demo.button("Add an object…")
         if number:
-            first_size = demo.tab.get_by_role("dialog").locator("label").nth(1)
-            before = first_size.get_attribute("for")
-            demo.choose("Shape", shape)
-            until(lambda old=before: first_size.get_attribute("for") != old, "the fields of the shape")
+            demo.choose_shape(shape)
         for label, value in sizes.items():
             demo.fill(label, value)
         demo.fill("Name", f"my {number}")
@@ -317,7 +326,7 @@ def test_projection_views_and_mouse_sensitivity(demo):
     demo.fill("Mouse sensitivity", 2.5)
     demo.tab.wait_for_function("window.__viserMutable.cameraControl.azimuthRotateSpeed === 2.5")
     position = np.array(client.camera.position)
-    demo.tab.locator("canvas[data-engine]").click(position={"x": 20, "y": 620})
+    demo.tab.locator("canvas[data-engine]").click(position={"x": 20, "y": 520})
     demo.tab.keyboard.down("w")
     until(lambda: np.linalg.norm(np.array(client.camera.position) - position) > 0.2, "W to fly")
     demo.tab.keyboard.up("w")
@@ -388,7 +397,9 @@ def test_scenes_are_loaded_unloaded_and_saved(demo, tmp_path):
 def test_plots_run_along(demo):
     demo.tab_of("Plots")
     demo.button("Start")
-    charts = "() => Object.values(window.__viserTestpoints.uplots || {}).map(u => [u.chart.width, u.chart.data[0].length])"
+    charts = (
+        "() => Object.values(window.__viserTestpoints.uplots || {}).map(u => [u.chart.width, u.chart.data[0].length])"
+    )
     until(lambda: len(c := demo.tab.evaluate(charts)) == 4 and min(n for _, n in c) > 4, "four plots")
     assert min(width for width, _ in demo.tab.evaluate(charts)) > 200
     frame = demo.viewer.frame

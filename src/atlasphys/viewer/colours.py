@@ -26,7 +26,7 @@ Colours = npt.NDArray[np.uint8]
 
 def own_colours(table: Table) -> Colours:
     """(n, 3) colours of the bodies by themselves."""
-    colours = PALETTE[(table.ids & 0xFFFFFFFF) % len(PALETTE)]
+    colours: Colours = PALETTE[(table.ids & 0xFFFFFFFF) % len(PALETTE)]
     for row, entry in enumerate(table.entries):
         if entry.color is not None:
             colours[row] = np.round(255 * np.array(entry.color))

@@ -343,7 +343,7 @@ class Session:
             raise SceneError("give the name of a file")
         if Path(path).exists() and not replace:
             raise SceneError(f"{path}: is there already; it is replaced only if you say so")
-        self.scene().save(path)
+        self.scene().save(Path(path))
 
     # What is shown ---------------------------------------------------------------------------------------------------
 

@@ -88,7 +88,7 @@ class Form:
     def from_schema(self, name: str, field: FieldInfo, value: Any = None) -> Any:
         """A field of a shape, or of a library scene's parameters, of the kind that its type asks for."""
         label, hint = name.replace("_", " ").capitalize(), field.description
-        default = value if value is not None else START.get(name, field.default)
+        default: Any = value if value is not None else START.get(name, field.default)
         kind = str(field.annotation)
         if name == "points":
             return self.points(name, label, str(default), hint)
@@ -114,7 +114,7 @@ def parse_points(text: str) -> list[tuple[float, ...]]:
     Raises:
         InvalidArgumentError: a line is none.
     """
-    points = []
+    points: list[tuple[float, ...]] = []
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip():
             continue

@@ -108,7 +108,7 @@ class Page:
                 with tabs.add_tab("World"):
                     self.parts.append(WorldSettings(self))
             with tabs.add_tab("Show"):
-                Show(self)
+                self.show = Show(self)
             with tabs.add_tab("Camera"):
                 self.cameras.add_controls()
             if not self.is_replay:

@@ -44,7 +44,6 @@ class Show:
         dark = gui.add_checkbox("Dark", page.dark)
         dark.on_update(lambda event: self._set_dark(event.target.value))
         self.switches["dark"] = dark
-        page.show = self
 
     def toggle(self, name: str) -> None:
         """Turn a switch."""
