@@ -109,21 +109,14 @@ class Painter:
                                     consistent_normals=False, auto_orient_normals=False)  # fmt: skip
 
     def _add_batch(self, batch: shapes.Batch) -> tuple[Any, Any]:
-        from vtkmodules.vtkRenderingCore import vtkActor, vtkGlyph3DMapper
+        from vtkmodules.vtkRenderingCore import vtkActor
 
         count = len(batch.rows)
         points = self._vtk.PolyData(np.zeros((count, 3)))
         points["orientation"] = np.tile((1.0, 0.0, 0.0, 0.0), (count, 1))
         points["scale"] = batch.scale
         points["colour"] = np.zeros((count, 3), np.uint8)
-        mapper = vtkGlyph3DMapper()
-        mapper.SetInputData(points)
-        mapper.SetSourceData(self._poly(shapes.mesh(batch.mesh)))
-        mapper.SetOrientationArray("orientation")
-        mapper.SetOrientationModeToQuaternion()
-        mapper.SetScaleArray("scale")
-        mapper.SetScaleModeToScaleByVectorComponents()
-        mapper.SetScaleFactor(1.0)
+        mapper = _instances(points, self._poly(shapes.mesh(batch.mesh)))
         mapper.SetScalarModeToUsePointFieldData()
         mapper.SelectColorArray("colour")
         mapper.SetColorModeToDirectScalars()
@@ -207,9 +200,7 @@ class Painter:
         projection = vtkMatrix4x4()
         projection.DeepCopy(matrix.ravel().tolist())
         for _, points, mapper in self._batches:
-            flat = type(mapper)()
-            flat.ShallowCopy(mapper)
-            flat.SetInputData(points)
+            flat = _instances(points, mapper.GetSource())
             flat.ScalarVisibilityOff()
             actor = vtkActor()
             actor.SetMapper(flat)
@@ -318,3 +309,18 @@ def _plotter(pyvista: Any, size: tuple[int, int]) -> Any:
     finally:
         vtkLogger.SetStderrVerbosity(before)
     return plotter
+
+
+def _instances(points: Any, source: Any) -> Any:
+    """A mapper that draws a mesh at every point, scaled and turned."""
+    from vtkmodules.vtkRenderingCore import vtkGlyph3DMapper
+
+    mapper = vtkGlyph3DMapper()
+    mapper.SetInputData(points)
+    mapper.SetSourceData(source)
+    mapper.SetOrientationArray("orientation")
+    mapper.SetOrientationModeToQuaternion()
+    mapper.SetScaleArray("scale")
+    mapper.SetScaleModeToScaleByVectorComponents()
+    mapper.SetScaleFactor(1.0)
+    return mapper
