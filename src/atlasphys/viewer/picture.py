@@ -27,10 +27,10 @@ LINES = {False: (176, 185, 194), True: (88, 96, 106)}
 SHADOW = 0.68
 """Brightness of the ground in shadow, of that in light."""
 
-SUN = np.array((-0.55, 1.0, 0.3))
+SUN = np.array((-0.45, 1.0, 0.7))
 """Direction to the light."""
 
-GRID_CELLS = 30
+GRID_CELLS = 20
 """Cells of the grid to each side."""
 
 
@@ -181,7 +181,7 @@ class Painter:
         share = np.clip(1.3 * (1 - np.sqrt(((flat - foot) ** 2).sum(axis=1)) / reach), 0.0, 1.0)[:, None]
         under = self._faded(ground, flat, foot, self._reach)
         lines["colour"] = np.round(share * LINES[self._look.dark] + (1 - share) * under).astype(np.uint8)
-        self._add_unlit(lines.tube(radius=0.01 * cell, n_sides=4))
+        self._add_unlit(lines.ribbon(width=0.01 * cell, normal=tuple(np.cross(along, across))))
 
     def _add_unlit(self, poly: Any) -> None:
         self._plotter.add_mesh(
@@ -199,7 +199,9 @@ class Painter:
         matrix[:3, 3] = SUN * level / (normal @ SUN)
         projection = vtkMatrix4x4()
         projection.DeepCopy(matrix.ravel().tolist())
-        for _, points, mapper in self._batches:
+        for batch, points, mapper in self._batches:
+            if batch.mesh == "band":
+                continue
             flat = _instances(points, mapper.GetSource())
             flat.ScalarVisibilityOff()
             actor = vtkActor()

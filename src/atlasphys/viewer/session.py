@@ -27,6 +27,9 @@ from atlasphys.world.world import LONGEST_STEP, SHORTEST_STEP, World
 SLOWEST, FASTEST = 0.01, 100.0
 """Range of the speed factor."""
 
+TOTALS_AGE = 0.15
+"""How old energy and momentum in a frame may be while time runs [s]."""
+
 EDITABLE = (
     "position", "orientation", "velocity", "angular_velocity", "friction", "restitution", "rolling_friction", "torsional_friction",
     "linear_damping", "angular_damping", "gravity_scale", "locks",
@@ -79,6 +82,7 @@ class Session:
         self._changed_by_hand = True
         self._velocity_before = np.array(world.bodies.velocity)
         self._table: Table | None = None
+        self._last_totals: tuple[float, int, Any] = (0.0, -1, None)
         self.changes += 1
 
     # Time ------------------------------------------------------------------------------------------------------------
@@ -369,11 +373,20 @@ class Session:
             )
         return self._table
 
+    def _totals(self) -> tuple[tuple[float, float], Any]:
+        """Energy and momentum; while time runs, they may be some steps old, for in large worlds they cost more than a step."""
+        now, (at, changes, totals) = time.perf_counter(), self._last_totals
+        if totals is None or (changes != self.changes and (not self.running or now - at > TOTALS_AGE)):
+            energy = self.world.energy()
+            totals = (energy.kinetic, energy.potential), self.world.momentum()
+            self._last_totals = now, self.changes, totals
+        return totals
+
     def frame(self) -> Frame:
         """The present moment."""
         world, bodies = self.world, self.world.bodies
         velocity = np.array(bodies.velocity)
-        energy = world.energy() if self.totals_wanted else None
+        energy, momentum = self._totals() if self.totals_wanted else (None, None)
         return Frame(
             table=self.table(),
             time=world.time,
@@ -390,8 +403,8 @@ class Session:
             contact_count=world.contact_count,
             running=self.running,
             settings=self.settings(),
-            energy=None if energy is None else (energy.kinetic, energy.potential),
-            momentum=world.momentum() if self.totals_wanted else None,
+            energy=energy,
+            momentum=momentum,
             stages=dict(self.meter.stages),
             real_time_factor=self.meter.real_time_factor if self.running else 0.0,
             error=self.error,

@@ -27,7 +27,7 @@ from atlasphys.world.rotation import rotate
 
 Floats = npt.NDArray[np.float64]
 
-SEGMENTS = 24
+SEGMENTS = 20
 """Corners of what is round."""
 
 BAND_TINT = 0.62

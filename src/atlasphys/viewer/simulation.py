@@ -13,8 +13,8 @@ from atlasphys.viewer.frame import Frame
 
 T = TypeVar("T")
 
-FRAME_TIME = 1 / 60
-"""Least time between two frames [s]."""
+FRAME_TIME = 1 / 31
+"""Least time between two frames [s], a little less than that between two drawings."""
 
 LONGEST_IDLE = 0.5
 """How long the thread sleeps at most while time stands still [s]."""

@@ -34,7 +34,7 @@ FIRST_PORT = 8080
 FRAME_TIME = 1 / 30
 """Least time between two drawings [s]."""
 
-PANEL_WIDTH = 400
+PANEL_WIDTH = 420
 """Of the panel beside the scene [pixels]."""
 
 REFRESH_TIME = 0.2

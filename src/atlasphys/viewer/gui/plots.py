@@ -48,7 +48,7 @@ class Plots:
                     ),
                 ),
                 title=title,
-                axes=({"size": 28}, {"size": 58}),
+                axes=({"size": 28}, {"size": 78}),
                 scales={"x": {"time": False}},
                 legend={"show": len(names) > 1},
                 height=HEIGHT + (25 if len(names) < 4 else 50),
