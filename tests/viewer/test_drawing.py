@@ -43,9 +43,9 @@ def test_meshes_are_closed_face_outwards_and_have_the_shape_s_volume(shape):
         ball = 4 / 3 * np.pi * shape.radius**3
         volume -= ball
         volume += np.pi * shape.radius**2 * shape.length / 3  # the lids' share of the divergence theorem
-        assert volume == pytest.approx(shape.volume, rel=0.05)
+        assert volume == pytest.approx(shape.volume, rel=0.07)
     else:
-        assert volume == pytest.approx(shape.volume, rel=0.04)
+        assert volume == pytest.approx(shape.volume, rel=0.06)
 
 
 def frame_of(shape, orientation=(1, 0, 0, 0)):
@@ -64,7 +64,7 @@ def test_bounding_boxes_hold_the_drawn_body_tightly(shape, orientation):
     q = np.repeat(frame.orientation.astype(float), len(vertices), 0)
     drawn = frame.position[0] + rotate(q, vertices)
     lower, upper = overlays.bounds(frame, np.array([0]))
-    room = 0.06 * np.ptp(vertices)  # round shapes are drawn with 24 corners, a sphere's band lies above it
+    room = 0.07 * np.ptp(vertices)  # round shapes are drawn with 20 corners, a sphere's band lies above it
     assert (drawn >= lower[0] - room).all()
     assert (drawn <= upper[0] + room).all()
     assert np.abs(drawn.min(axis=0) - lower[0]).max() < room

@@ -156,10 +156,10 @@ class Painter:
 
     def _add_disc(self, foot: Any, along: Any, across: Any, colour: Any) -> None:
         """The ground, as rings about its middle."""
-        radii, angles = self._reach * np.linspace(0, 1, 25) ** 1.5, np.linspace(0, 2 * math.pi, 49)
+        radii, angles = self._reach * np.linspace(0, 1, 13) ** 1.5, np.linspace(0, 2 * math.pi, 49)
         r, angle = (grid.ravel() for grid in np.meshgrid(radii, angles, indexing="ij"))
         points = foot + (r * np.cos(angle))[:, None] * along + (r * np.sin(angle))[:, None] * across
-        a = (np.arange(24)[:, None] * 49 + np.arange(48)).ravel()
+        a = (np.arange(12)[:, None] * 49 + np.arange(48)).ravel()
         cells = np.column_stack([np.full(len(a), 4), a, a + 1, a + 50, a + 49]).ravel()
         disc = self._vtk.PolyData(points - self._middle, cells)
         disc["colour"] = self._faded(colour, points, foot, self._reach)
@@ -202,7 +202,8 @@ class Painter:
         for batch, points, mapper in self._batches:
             if batch.mesh == "band":
                 continue
-            flat = _instances(points, mapper.GetSource())
+            coarse = batch.mesh == "ball"
+            flat = _instances(points, self._poly(shapes.mesh("coarse ball")) if coarse else mapper.GetSource())
             flat.ScalarVisibilityOff()
             actor = vtkActor()
             actor.SetMapper(flat)

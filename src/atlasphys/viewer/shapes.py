@@ -131,9 +131,16 @@ def mesh(key: Hashable) -> Mesh:
     """The mesh of a name, or of a polyhedron."""
     if isinstance(key, Shape):
         return _polyhedron(key)
-    return {"ball": _ball, "band": _band, "cube": _cube, "tube": _tube, "cylinder": _cylinder, "cone": _cone}[
-        str(key)
-    ]()
+    makers = {
+        "ball": _ball,
+        "coarse ball": _coarse_ball,
+        "band": _band,
+        "cube": _cube,
+        "tube": _tube,
+        "cylinder": _cylinder,
+        "cone": _cone,
+    }
+    return makers[str(key)]()
 
 
 def _polyhedron(shape: Shape) -> Mesh:
@@ -169,6 +176,11 @@ def _sphere_sheet(radius: float, polar: Floats, azimuth: Floats) -> Mesh:
 
 def _ball() -> Mesh:
     return _sphere_sheet(1.0, np.linspace(0, math.pi, SEGMENTS // 2 + 1), np.linspace(0, 2 * math.pi, SEGMENTS + 1))
+
+
+def _coarse_ball() -> Mesh:
+    """For shadows."""
+    return _sphere_sheet(1.0, np.linspace(0, math.pi, 6), np.linspace(0, 2 * math.pi, 13))
 
 
 def _band() -> Mesh:
