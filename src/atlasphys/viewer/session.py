@@ -373,7 +373,7 @@ class Session:
             )
         return self._table
 
-    def _totals(self) -> tuple[tuple[float, float], Any]:
+    def _totals(self) -> Any:
         """Energy and momentum; while time runs, they may be some steps old, for in large worlds they cost more than a step."""
         now, (at, changes, totals) = time.perf_counter(), self._last_totals
         if totals is None or (changes != self.changes and (not self.running or now - at > TOTALS_AGE)):
