@@ -24,8 +24,10 @@ if TYPE_CHECKING:
     from atlasphys.engine.shapes.hull import tetrahedron as tetrahedron
     from atlasphys.engine.shapes.plane import Plane as Plane
     from atlasphys.engine.shapes.sphere import Sphere as Sphere
+    from atlasphys.engine.solvers.avbd import AVBD as AVBD
     from atlasphys.engine.solvers.sequential_impulse import SequentialImpulse as SequentialImpulse
     from atlasphys.engine.solvers.soft_step import SoftStep as SoftStep
+    from atlasphys.engine.solvers.xpbd import XPBD as XPBD
     from atlasphys.errors import AtlasPhysError as AtlasPhysError
     from atlasphys.errors import DivergenceError as DivergenceError
     from atlasphys.errors import InvalidArgumentError as InvalidArgumentError
@@ -46,6 +48,7 @@ if TYPE_CHECKING:
     from atlasphys.world.world import World as World
 
 _HOMES = {
+    "AVBD": "engine.solvers.avbd",
     "AtlasPhysError": "errors",
     "Body": "world.body",
     "Box": "engine.shapes.box",
@@ -72,6 +75,7 @@ _HOMES = {
     "Sphere": "engine.shapes.sphere",
     "Trajectory": "record.read",
     "World": "world.world",
+    "XPBD": "engine.solvers.xpbd",
     "load_scene": "scene.load",
     "octahedron": "engine.shapes.hull",
     "pyramid": "engine.shapes.hull",

@@ -51,7 +51,7 @@ def take_part(arguments, task, rank, size):
 @kernel
 def run(task, most, numbers, scratch, rounds, failing, sync):
     arguments = (numbers, scratch, rounds, failing, sync)
-    sync[CODE], sync[DATA] = address_call(take_part, arguments)
+    sync[CODE + task], sync[DATA] = address_call(take_part, arguments)
     do_task(sync, task, most)
     do_task(sync, task, most)
 

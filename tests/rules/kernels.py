@@ -36,6 +36,9 @@ def compiled():
         steps(world, 20)
         world.broadphase = "brute"
         steps(world, 2)
+        world.solver = ap.AVBD()
+        steps(world, 2)
+    steps(heap(21, preset="xpbd"), 2)
     code = {}
     for name, kernel in kernels().items():
         for signature, result in kernel.overloads.items():

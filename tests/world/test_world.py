@@ -61,7 +61,7 @@ def test_presets():
         ({"solver": "magic"}, "'sequential_impulse'"),
         ({"broadphase": "octree"}, "'sweep'"),
         ({"narrowphase": "mpr"}, "'gjk_epa'"),
-        ({"preset": "xpbd"}, "'classic'"),
+        ({"preset": "magic"}, "'classic'"),
         ({"precision": "half"}, "'double'"),
         ({"friction_combine": "sum"}, "'average'"),
         ({"restitution_combine": 3}, "'max'"),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from atlasphys.cli.progress import ProgressBar
 from atlasphys.errors import InvalidArgumentError
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ def _speed(scenes: list[str], engines: list[str], plan: Plan, path: Path, json: 
     from atlasphys.bench.scenes import make
 
     results: list[Result] = []
-    with _Progress(len(scenes)) as progress:
+    with ProgressBar(len(scenes)) as progress:
         for name in scenes:
             results += measure(make(name), engines, plan, progress.say)
             progress.done()
@@ -126,7 +127,7 @@ def _memory(engines: list[str], plan: Plan, path: Path, json: bool) -> int:
     from atlasphys.bench import report
     from atlasphys.bench.measure import memory
 
-    with _Progress(len(engines)) as progress:
+    with ProgressBar(len(engines)) as progress:
         rows = memory(engines, plan, progress.say)
     files = [report.write_csv(path.with_suffix(".csv"), rows)]
     if json:
@@ -151,33 +152,3 @@ def _print_json(plan: Plan, told: dict[str, Any], files: list[Path]) -> None:
 
 def _print_files(files: list[Path]) -> None:
     print("written: " + ", ".join(str(file) for file in files))
-
-
-class _Progress:
-    """Where the measurement is, on standard error: a bar on a terminal, elsewhere a line for all but the rounds."""
-
-    def __init__(self, total: int) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-        console = Console(stderr=True)
-        columns = (TextColumn("{task.description}"), BarColumn(bar_width=20), TimeElapsedColumn())
-        self._progress = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
-        self._task = self._progress.add_task("starting", total=total)
-        self._console = console
-
-    def say(self, text: str) -> None:
-        if self._console.is_terminal:
-            self._progress.update(self._task, description=text)
-        elif " round " not in text:
-            self._console.print(text, highlight=False)
-
-    def done(self) -> None:
-        self._progress.advance(self._task)
-
-    def __enter__(self) -> _Progress:
-        self._progress.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._progress.stop()

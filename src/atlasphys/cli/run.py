@@ -68,9 +68,9 @@ def run(
     from atlasphys.cli.simulation import Simulation, summarize
     from atlasphys.scene.load import load_scene
 
-    loaded = load_scene(scene, **parse_parameters(set or []))
-    step = loaded.dt if dt is None else _positive("--dt", dt)
-    length = loaded.seconds if seconds is None else _positive("--seconds", seconds)
+    loaded = load_scene(scene, **parameters_of(set or []))
+    step = loaded.dt if dt is None else positive("--dt", dt)
+    length = loaded.seconds if seconds is None else positive("--seconds", seconds)
     if length / step > MOST_STEPS:
         raise InvalidArgumentError(f"--seconds / --dt must be at most {MOST_STEPS:,} steps (got {length / step:.3g})")
     given = {"preset": preset, "solver": solver, "threads": threads}
@@ -119,7 +119,7 @@ def _follow(simulation: Simulation) -> bool:
     return False
 
 
-def parse_parameters(words: list[str]) -> dict[str, str]:
+def parameters_of(words: list[str]) -> dict[str, str]:
     """``NAME=VALUE`` words as a mapping."""
     parameters: dict[str, str] = {}
     for word in words:
@@ -132,7 +132,8 @@ def parse_parameters(words: list[str]) -> dict[str, str]:
     return parameters
 
 
-def _positive(name: str, value: float) -> float:
+def positive(name: str, value: float) -> float:
+    """A number of seconds greater than 0, which an option of this name gave."""
     if not (math.isfinite(value) and value > 0):
         raise InvalidArgumentError(f"{name} must be a number of seconds greater than 0 (got {value:g})")
     return value

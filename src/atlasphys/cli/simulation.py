@@ -102,11 +102,9 @@ class Simulation(threading.Thread):
                 self.recorder.close()
 
     def _simulate(self) -> None:
-        from atlasphys.engine import ahead
         from atlasphys.record.write import Recorder
 
         self.progress.phase = "first step"
-        ahead.start(self.scene.model.world.precision or "single")
         world = self.world = self.scene.build(**self.settings)
         self.progress.bodies = len(world.bodies)
         self.begin = Start(world.bodies.position.copy(), world.energy())

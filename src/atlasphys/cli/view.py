@@ -73,7 +73,7 @@ def open_model(what: str, parameters: list[str], settings: dict[str, str]) -> Se
     Raises:
         SceneError, RecordingError, InvalidArgumentError: there is none, or it is wrong.
     """
-    from atlasphys.cli.run import parse_parameters
+    from atlasphys.cli.run import parameters_of
     from atlasphys.errors import InvalidArgumentError
     from atlasphys.scene.load import load_scene
     from atlasphys.viewer.session import Session
@@ -84,7 +84,7 @@ def open_model(what: str, parameters: list[str], settings: dict[str, str]) -> Se
         if parameters or settings:
             raise InvalidArgumentError(f"{what} is a recording: --set, --preset and --solver are for scenes")
         return Replay(what)
-    return Session.from_scene(load_scene(what, **parse_parameters(parameters)), **settings)
+    return Session.from_scene(load_scene(what, **parameters_of(parameters)), **settings)
 
 
 def is_recording(what: str) -> bool:

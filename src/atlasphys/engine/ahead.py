@@ -1,40 +1,58 @@
-"""Compiling the second half of a step's kernels in another process while this one compiles the first half.
+"""Compiling kernels in other processes while this one compiles others, the first time of all.
 
-Numba compiles one kernel at a time. On the first run of all, a step needs about 25 s of compiling, half of it before the manifold
-stage and half from there on. ``start`` has a child process compile the latter into the kernel cache, where the first step finds it.
+Numba compiles one kernel at a time. A world's first step needs some 25 s of compiling if the kernel cache is empty, most of it for a few large
+kernels that do not depend on each other. ``start`` has child processes compile some of them into the cache, where this process finds them.
+What a child does is a job of ``atlasphys.warmup``.
 """
 
+from __future__ import annotations
+
+import os
 import subprocess
 import sys
-import threading
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
 
-from atlasphys.engine.jit import is_compiled
-from atlasphys.engine.manifold import update_manifolds
-from atlasphys.engine.manifold.build import build_manifolds
-from atlasphys.engine.solvers import SOLVERS
-from atlasphys.engine.solvers.sequential_impulse import solve
-from atlasphys.engine.state.state import Environment, State
+from atlasphys.engine.jit import IS_COMPILED, is_compiled
+
+PACKAGES = Path(__file__).parents[2]
+
+_children: list[subprocess.Popen[bytes]] = []
 
 
-def start(precision: str) -> None:
-    """Start compiling for worlds of a precision, ``"single"`` or ``"double"``, unless that has been done. The child ends by itself."""
-    if is_compiled(build_manifolds) and is_compiled(solve):
+def command(jobs: list[str], precision: str) -> list[str]:
+    """What runs jobs for worlds of a precision in a process of its own."""
+    return [sys.executable, "-m", "atlasphys.warmup", precision, *jobs]
+
+
+def environment() -> dict[str, str]:
+    """The environment in which a child finds this package."""
+    path = os.environ.get("PYTHONPATH")
+    return os.environ | {"PYTHONPATH": os.pathsep.join([str(PACKAGES), *([path] if path else [])])}
+
+
+def start(jobs: Mapping[str, Callable[..., Any]], precision: str) -> None:
+    """Start compiling kernels that the cache does not hold.
+
+    Args:
+        jobs: by name of the job, the kernel that it compiles; the longest first.
+        precision: ``"single"`` or ``"double"``.
+    """
+    missing = [job for job, kernel in jobs.items() if not is_compiled(kernel)]
+    spare = (os.cpu_count() or 1) - 1
+    if not IS_COMPILED or not sys.executable or getattr(sys, "frozen", False):
         return
-    command = [sys.executable, "-m", "atlasphys.engine.ahead", precision]
     quiet = subprocess.DEVNULL
-    child = subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet)
-    threading.Thread(target=child.wait, name="compiling ahead", daemon=True).start()
+    shares = [missing[first::spare] for first in range(min(spare, len(missing)))]
+    _children.extend(
+        subprocess.Popen(command(share, precision), stdin=quiet, stdout=quiet, stderr=quiet, env=environment())
+        for share in shares
+    )
 
 
-def compile_second_half(precision: str) -> None:
-    """Run the stages from the manifold on with an empty world."""
-    environment = Environment((0.0, 0.0, 0.0), 1.0, 1.0, 0, 0)
-    state = State({"single": "f", "double": "d"}[precision], environment)
-    for solver in SOLVERS.values():
-        update_manifolds(state, 0)
-        if solver.advance is not None:
-            solver.advance(state, solver.settings(), 1.0)
-
-
-if __name__ == "__main__":
-    compile_second_half(sys.argv[1])
+def wait() -> None:
+    """Wait for the children. What one has not managed, this process compiles when it needs it."""
+    while _children:
+        _children[0].wait()
+        _children.pop(0)

@@ -41,6 +41,7 @@ _IMPORT = re.compile(r"^from (atlasphys\.engine[\w.]*) import (\([^)]*\)|[^\n(]*
 # Numba's own annotations do not know these options.
 _njit: Any = numba.njit
 _config: Any = numba.config
+_types: Any = numba.types
 
 IS_COMPILED = not _config.DISABLE_JIT
 """Whether kernels are compiled at all; with NUMBA_DISABLE_JIT=1 Python runs them."""
@@ -154,5 +155,5 @@ def _routine(function: Function, forceinline: bool = False, allocates: bool = Fa
 def _passed_as(kind: Any) -> Any:
     """The type that a routine takes for an argument of a type. Numba would compile f(0), f(1), f(i) and f(array[i]) one by one: each literal is a
     type of its own, and the integers of arrays are shorter."""
-    kind = numba.types.unliteral(kind)
-    return numba.types.int64 if isinstance(kind, numba.types.Integer) and kind.signed else kind
+    kind = _types.unliteral(kind)
+    return _types.int64 if isinstance(kind, _types.Integer) and kind.signed else kind

@@ -1,21 +1,28 @@
-"""Steps of the default world from Python's side: what ``fused.run_steps`` is given, and what it asks for."""
+"""Steps of the default world from Python's side: what ``fused.steps.run_steps`` is given, and what it asks for."""
 
 from __future__ import annotations
 
 import math
 import time
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from atlasphys.engine import ahead
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.broadphase.fat_boxes import BOUNDING_RADIUS, shape_bounds
 from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
-from atlasphys.engine.fused import Constants, run_steps
+from atlasphys.engine.fused.constants import Constants
+from atlasphys.engine.fused.detection import detection_address
+from atlasphys.engine.fused.response import response_address, response_address_with_locks
+from atlasphys.engine.fused.steps import run_steps
 from atlasphys.engine.islands.colour import COLOURS
+from atlasphys.engine.narrowphase.addresses import ADDRESSES
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
-from atlasphys.engine.narrowphase.dispatch import collide
+from atlasphys.engine.narrowphase.dispatch import EDGE_LIMITS, KIND_ROUTINES, ROUTINES, with_room
 from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import KIND, PLANE
 from atlasphys.engine.simd import LANES
@@ -30,15 +37,19 @@ from atlasphys.engine.state.blocks import INTEGERS
 from atlasphys.engine.state.bodies import CHANGED, DYNAMIC, KINEMATIC, STATIC
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
 from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
-from atlasphys.engine.state.state import State
+from atlasphys.engine.state.state import Environment, State, tolerances_of
 from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
     BLOCKS_ONE,
+    BROADPHASE,
+    CALLS,
     CHECKED,
     DETECT,
+    DETECTION,
     DIVERGED,
     DONE,
+    EDGE_LIMIT,
     ENDED,
     ENTRIES,
     FORCES,
@@ -54,15 +65,18 @@ from atlasphys.engine.state.work import (
     PARITY,
     PHASE,
     RENAME,
+    RESPONSE,
     SLEEPERS_CHANGED,
     SLEEPS,
     SLEPT,
+    SLOTS,
     STEP,
     WOKEN,
     Work,
     empty_lanes,
 )
-from atlasphys.engine.step import DivergedError, Pipeline, Profile
+from atlasphys.engine.step import STAGES, DivergedError, Pipeline, Profile
+from atlasphys.engine.team import SYNC_LENGTH
 from atlasphys.engine.threads import lend_team
 
 MOST_GROWTH = 4.0
@@ -79,9 +93,11 @@ LONGEST_CALL = 0.05
 """Time [s] that one compiled call should take at most, so that Ctrl-C is heard."""
 
 
-def constants(state: State, settings: SoftStep, h: float) -> Constants:
-    """The numbers of a run with steps of length h [s]."""
-    real, environment, tolerances = state.real.type, state.environment, state.tolerances
+@lru_cache(maxsize=64)
+def constants(precision: str, environment: Environment, settings: SoftStep, h: float, last_h: float) -> Constants:
+    """The numbers of a run with steps of length h [s], after substeps of length ``last_h``, or 0; ``precision`` is NumPy's character for the
+    world's."""
+    real, tolerances = np.dtype(precision).type, tolerances_of(environment, precision)
     sub = h / settings.substeps
     unit = environment.length_unit
     frequency = min(settings.contact_frequency, MOST_FREQUENCY / sub)
@@ -91,7 +107,7 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         *softness(STATIC_STIFFENING * frequency, settings.contact_damping, sub),
         settings.push_out_speed * unit,
     )
-    bounce = (environment.restitution_threshold, h, sub, float(tolerances.slop), FINEST[state.real.char])
+    bounce = (environment.restitution_threshold, h, sub, float(tolerances.slop), FINEST[precision])
     recycling = (
         (settings.recycle_slip * unit) ** 2 if settings.contact_recycling else -1.0,
         (2 * math.sin(settings.recycle_turn / 4)) ** 2,
@@ -99,7 +115,7 @@ def constants(state: State, settings: SoftStep, h: float) -> Constants:
         float(tolerances.margin),
         settings.recycle_speed * unit * h,
     )
-    ratio = min(sub / state.last_h, MOST_GROWTH) if state.last_h > 0 else 1.0
+    ratio = min(sub / last_h, MOST_GROWTH) if last_h > 0 else 1.0
     ratio = ratio if settings.warm_starting else 0.0
     return Constants(
         h=real(sub),
@@ -122,6 +138,9 @@ FATTENING = 0.05
 looked at that do not touch."""
 
 
+NO_SYNC: npt.NDArray[np.int64] = aligned_zeros((SYNC_LENGTH,), np.int64)
+"""Stands for the ``sync`` of a team of threads."""
+
 NO_ROWS: npt.NDArray[np.int32] = np.empty(0, np.int32)
 
 
@@ -130,16 +149,23 @@ class Workspace:
 
     def __init__(self, state: State, narrowphase: str) -> None:
         self.narrowphase = narrowphase
-        self.work = empty_work(state)
+        self.work = empty_work(state)._replace(routines=KIND_ROUTINES[narrowphase])
+        self.work.status[EDGE_LIMIT] = EDGE_LIMITS[narrowphase]
         n = state.count
         bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
         self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]
-        self.work.extent[:n] = bounds[:, BOUNDING_RADIUS] + np.sqrt(
-            (state.bodies.local_center[:n].astype(float) ** 2).sum(axis=1)
-        )
+        self.work.extent[:n] = state.table.arrays.extent[state.colliders.shape[:n]]
         self.work.status[OLD_ROWS] = state.manifold_count
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
         self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
+        self.pace = 1
+        """Steps that a compiled call may make, for it to return soon enough."""
+
+
+def locks_of(state: State) -> npt.NDArray[np.integer]:
+    """Locks of each body; only those of dynamic ones count."""
+    bodies, n = state.bodies, state.count
+    return np.where(bodies.kind[:n] == DYNAMIC, bodies.locks[:n], 0)
 
 
 def empty_work(state: State) -> Work:
@@ -147,8 +173,7 @@ def empty_work(state: State) -> Work:
     n = state.count
     moving = np.flatnonzero(state.bodies.kind[:n] != STATIC)
     tumbles = state.bodies.frame[moving, 3] > 0
-    dynamic = state.bodies.kind[:n] == DYNAMIC
-    locks = np.where(dynamic, state.bodies.locks[:n], 0)
+    locks = locks_of(state)
     real = state.real
     one = np.zeros(1, np.int32)
     return Work(
@@ -173,6 +198,13 @@ def empty_work(state: State) -> Work:
         expiry_before=np.full(1, -np.inf),
         origin=one,
         generic=one.copy(),
+        generic_pairs=np.zeros((1, 2), np.int32),
+        generic_routine=np.zeros(1, np.int8),
+        generic_rows=np.zeros(1, np.intp),
+        generic_starts=np.zeros(len(ROUTINES) + 1, np.int64),
+        routines=KIND_ROUTINES["auto"],
+        calls=np.zeros(CALLS, np.int64),
+        times=np.zeros(len(STAGES), np.int64),
         began=np.zeros((1, 2), np.int32),
         ended=np.zeros((1, 2), np.int32),
         colours=np.zeros(1, np.int8),
@@ -186,7 +218,7 @@ def empty_work(state: State) -> Work:
         blocks_many=aligned_zeros((1, Fields(4).number, LANES), real),
         rolls_one=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
         rolls_many=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
-        locked=np.flatnonzero(locks & ROTATION_LOCKS).astype(np.int32) if locks.any() else None,
+        locked=np.flatnonzero(locks & ROTATION_LOCKS).astype(np.int32),
         plain=np.zeros((-(-int((~tumbles).sum()) // LANES), LANES), np.int32),
         tumbling=np.zeros((-(-int(tumbles.sum()) // LANES), LANES), np.int32),
         room=np.zeros((max(-(-len(moving) // LANES), 1), LANES), real),
@@ -217,6 +249,9 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
             plane_side=np.zeros(capacity, np.int8),
             origin=np.zeros(capacity, np.int32),
             generic=np.zeros(capacity, np.int32),
+            generic_pairs=np.zeros((capacity, 2), np.int32),
+            generic_routine=np.zeros(capacity, np.int8),
+            generic_rows=np.zeros(capacity, np.intp),
             began=np.zeros((capacity, 2), np.int32),
             ended=np.zeros((capacity + rows, 2), np.int32),
             colours=np.zeros(capacity, np.int8),
@@ -272,11 +307,42 @@ def grow_blocks(state: State) -> None:
     state.workspace.work = work
 
 
+def make_generic_ready(state: State, margin: float) -> None:
+    """Room for the contacts of the pairs that no body over lanes collides, and the addresses of the routines that do, compiled if need be."""
+    work = state.workspace.work
+    state.contacts = with_room(state.contacts, int(work.status[GENERIC]), int(work.status[SLOTS]))
+    for k, address_of in enumerate(ADDRESSES):
+        if work.calls[k] == 0 and work.status[SLOTS] > 0 and work.generic_starts[k] < work.generic_starts[k + 1]:
+            work.calls[k] = address_of(
+                work.generic_rows, state.bodies, state.colliders, state.table.arrays, margin, state.contacts
+            )
+
+
+def tables(state: State) -> tuple[Any, Any, Any, Any, Any, Any]:
+    """The tables of the state with which the arguments of the step's kernels begin."""
+    return (
+        state.bodies, state.colliders, state.table.arrays, state.manifolds, state.next_manifolds, state.remembered,
+    )  # fmt: skip
+
+
+def find_parts(state: State, values: Constants) -> None:
+    """Addresses of the parts of the step that are compiled apart. The first time of all another process compiles one of them in the meantime."""
+    space, before = state.workspace, tables(state)
+    work, fat = space.work, space.tree.fat
+    response = response_address_with_locks if locks_of(state).any() else response_address
+    precision = {"f": "single", "d": "double"}[state.real.char]
+    ahead.start({"response": response, "detection": detection_address}, precision)
+    run_steps(*before, state.contacts, space.kept, state.count, fat, values, work, 0, NO_SYNC)
+    ahead.wait()
+    work.calls[DETECTION] = detection_address(*before, fat, values, work, NO_SYNC)
+    work.calls[RESPONSE] = response(*before, fat, values, work, NO_SYNC)
+
+
 def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     """Advance ``state`` by ``steps`` steps of h seconds. If one of them goes wrong, the state is that before it, and an error is raised."""
     settings = pipeline.solver_settings
-    values = constants(state, settings, h)
-    shapes, margin, keeps = state.table.arrays, state.tolerances.margin, pipeline.broadphase == "tree"
+    values = constants(state.real.char, state.environment, settings, h, state.last_h)
+    keeps = pipeline.broadphase == "tree"
     profile = Profile()
     written = state.stale
     if written:
@@ -290,6 +356,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
         state.workspace = Workspace(state, pipeline.narrowphase)
     space = state.workspace
     status = space.work.status
+    space.work.times[:] = 0
     status[KEEPS], status[DONE], status[FORCES] = keeps, 0, state.forced
     state.forced = False
     status[CHECKED], status[PHASE], status[STEP] = 0, DETECT, state.steps + 1
@@ -300,16 +367,17 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     if len(space.work.lanes.queue) < pipeline.threads:
         space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, KINDS, state.real))
     changed = bool((state.bodies.rest[: state.count] == CHANGED).any())
-    wanted = chunk = 1
-    completed, began = 0, time.perf_counter()
+    wanted = 1 if changed or values.ratio != 1 else min(steps, space.pace)
+    completed = 0
+    if space.work.calls[DETECTION] == 0:
+        find_parts(state, values)
     try:
         while True:
             start = time.perf_counter()
             try:
                 with lend_team(pipeline.threads) as sync:
                     answer = run_steps(
-                        state.bodies, state.colliders, shapes, state.manifolds, state.next_manifolds, state.remembered,
-                        state.contacts, space.kept, state.count, space.tree.fat, values, space.work, wanted, sync,
+                        *tables(state), state.contacts, space.kept, state.count, space.tree.fat, values, space.work, wanted, sync,
                     )  # fmt: skip
             finally:  # Ctrl-C is heard as soon as the call has returned
                 completed += note_completed(state, completed, h, settings.substeps)
@@ -317,20 +385,22 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
                 state.changes_noticed()
                 status[SLEEPERS_CHANGED], changed = 1, False
             if answer == NEED_PAIRS:
+                looked = time.perf_counter_ns()
                 look_for_pairs(state, pipeline.broadphase, h)
+                space.work.times[BROADPHASE] += time.perf_counter_ns() - looked
             elif answer == NEED_BLOCKS:
                 grow_blocks(state)
             elif answer == NEED_GENERIC:
-                pairs = space.work.pairs[space.work.generic[: status[GENERIC]]]
-                state.contacts = collide(
-                    state.bodies, state.colliders, shapes, pairs, pipeline.narrowphase, margin, state.contacts
-                )
+                make_generic_ready(state, values.margin)
             elif answer == DIVERGED:
                 raise DivergedError(state.diverged_rows().tolist())
             elif wanted < steps:
-                if time.perf_counter() - start < LONGEST_CALL / 2:
-                    chunk *= 2
-                wanted = min(steps, wanted + chunk)
+                taken = time.perf_counter() - start
+                if taken < LONGEST_CALL / 2:
+                    space.pace *= 2
+                elif taken > LONGEST_CALL:
+                    space.pace = max(space.pace // 2, 1)
+                wanted = min(steps, wanted + space.pace)
                 if settings.warm_starting:
                     values = values._replace(ratio=type(values.ratio)(1))
             else:
@@ -338,7 +408,8 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     except BaseException:
         abandon_step(state, completed)
         raise
-    profile["solver"] = (time.perf_counter() - began) / max(steps, 1)
+    for stage, nanoseconds in zip(STAGES, space.work.times.tolist(), strict=True):
+        profile[stage] = 1e-9 * nanoseconds / max(steps, 1)
     state.began = space.work.began[: status[BEGAN]].copy()
     state.ended = space.work.ended[: status[ENDED]].copy()
     state.slept = _rows(changed_activity(state) < 0) if status[SLEPT] else NO_ROWS

@@ -4,13 +4,15 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
+from atlasphys.engine import ahead
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.manifold import update_manifolds
 from atlasphys.engine.narrowphase.dispatch import collide
 from atlasphys.engine.shapes.bounds import update_bounds
-from atlasphys.engine.solvers import SOLVERS
+from atlasphys.engine.solvers import SOLVERS, sequential_impulse
 from atlasphys.engine.state.pose import refresh
 from atlasphys.engine.state.state import State
 
@@ -51,9 +53,16 @@ class Profile(dict[str, float]):
         self[name] += time.perf_counter() - start
 
 
+@cache
+def _compile_ahead(precision: str) -> None:
+    ahead.start({"classic-solver": sequential_impulse.solve}, {"f": "single", "d": "double"}[precision])
+
+
 def step(state: State, pipeline: Pipeline, h: float) -> Profile:
     """Advance ``state`` by h seconds, or, if anything goes wrong, leave it as it was and raise."""
     profile = Profile()
+    if state.steps == 0:
+        _compile_ahead(state.real.char)
     try:
         with profile.stage("broadphase"):
             shapes, margin = state.table.arrays, state.tolerances.margin

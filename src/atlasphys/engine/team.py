@@ -27,9 +27,9 @@ _LINES = 16  # int64 in two cache lines: CPUs fetch them in pairs
 
 # Entries of ``sync``
 THREADS = 0 * _LINES  # the leader and the helpers that it may have
-CODE, DATA = THREADS + 1, THREADS + 2  # what does the members' shares, see simd/address.py
-CLOSED = THREADS + 3  # the team is no more
-PATIENCE = THREADS + 4  # how long the leader waits for all helpers to come, in rounds of ``wait``; 0 but in tests
+DATA = THREADS + 1  # what the members' shares are done with, see simd/address.py
+CLOSED = THREADS + 2  # the team is no more
+PATIENCE = THREADS + 3  # how long the leader waits for all helpers to come, in rounds of ``wait``; 0 but in tests
 PRESENT = 1 * _LINES  # number of the call, whether it has ended, number of helpers that have come
 TASK = 2 * _LINES  # number of the call, number, kind and size of the present task
 READY = 3 * _LINES  # helpers that are ready with the task
@@ -40,7 +40,8 @@ ALONE = 7 * _LINES  # so many tasks the leader does alone, because a member was 
 LATE = 8 * _LINES  # whether one was in the present task
 BACKOFF = LATE + 1  # about how many tasks the leader did alone last time
 SHARED = LATE + 2  # tasks since the team was made that had several members
-SYNC_LENGTH = 9 * _LINES
+CODE = 9 * _LINES  # and following: what does the members' shares of the tasks of each kind
+SYNC_LENGTH = 10 * _LINES
 
 _CALL_OF_PRESENT, _ENDED = 32, 1 << 31
 _CALL, _NUMBER, _KIND = 40, 16, 12  # first bits of TASK's parts; its size is in those from 0 on
@@ -134,7 +135,7 @@ def _set_task(sync, call, kind, size):
 
 @routine
 def do_task(sync, kind, most):
-    """The leader's: have a task of a kind from 1 to 14 done by at most so many members, by ``CODE`` with ``DATA``.
+    """The leader's: have a task of a kind from 1 to 14 done by at most so many members, by ``CODE`` + kind with ``DATA``.
 
     Raises
     ------
@@ -151,7 +152,7 @@ def do_task(sync, kind, most):
         sync[READY] = sync[LATE] = 0
         sync[SHARED] += 1
         _set_task(sync, sync[TASK] >> _CALL, kind, size)
-    if call_address(sync[CODE], sync[DATA], kind, 0, size) != 0:
+    if call_address(sync[CODE + kind], sync[DATA], kind, 0, size) != 0:
         atomic_store(sync, FAILED, 1)
     if size > 1:
         while atomic_load(sync, READY) != size - 1:  # also where one has failed: the others leave at the next meeting
@@ -174,7 +175,7 @@ def _help(sync, call, rank):
         if task >> _CALL != call or kind == _LEAVE:
             return
         if rank < size:
-            if call_address(sync[CODE], sync[DATA], kind, rank, size) != 0:
+            if call_address(sync[CODE + kind], sync[DATA], kind, rank, size) != 0:
                 atomic_store(sync, FAILED, 1)
             atomic_add(sync, READY, 1)
         while atomic_load(sync, TASK) == task:

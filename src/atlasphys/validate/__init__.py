@@ -5,12 +5,14 @@
 'd = v²/(2 μ g), t = v/(μ g)'
 """
 
-from atlasphys.validate.case import Case, MakeWorld, Result
+from atlasphys.validate.case import Case, Curve, MakeWorld, NotOfferedError, Result
 from atlasphys.validate.cases import (
     bouncing_ball,
+    cards,
     conservation,
     corner_on_face,
     cradle,
+    domino_wave,
     free_fall,
     free_precession,
     heavy_on_light,
@@ -18,17 +20,22 @@ from atlasphys.validate.cases import (
     intermediate_axis,
     isotropic_friction,
     oblique_bounce,
+    order,
+    overhang,
+    painleve,
     pyramid,
+    repose,
     rolling,
     sliding_ball,
     sliding_block,
     stack_force,
     thin_wall,
     tipping,
+    torsion,
     towers,
 )
 
-__all__ = ["CASES", "Case", "MakeWorld", "Result"]
+__all__ = ["CASES", "Case", "Curve", "MakeWorld", "NotOfferedError", "Result"]
 
 CASES: dict[int, Case] = {
     module.CASE.number: module.CASE
@@ -46,12 +53,19 @@ CASES: dict[int, Case] = {
         free_precession,
         corner_on_face,
         cradle,
+        torsion,
         stack_force,
         heavy_on_light,
         towers,
         pyramid,
+        overhang,
+        cards,
+        domino_wave,
         conservation,
         thin_wall,
+        painleve,
+        repose,
+        order,
     )
 }
 """Number in docs/validation.md → case."""

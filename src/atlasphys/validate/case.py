@@ -6,14 +6,35 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from atlasphys.world.world import World
+
+Doubles = npt.NDArray[np.float64]
 
 G = 9.81
 """Gravity in every case that has any [m/s²]."""
 
 MakeWorld = Callable[..., World]
 """Makes an empty world of the solver under test. Takes any argument of ``World`` that the case prescribes."""
+
+
+class NotOfferedError(Exception):
+    """What is under test has no way to express what a case needs; the message says what is missing."""
+
+
+class Curve(NamedTuple):
+    """A quantity over time, as it was found and as it should be."""
+
+    quantity: str
+    """What it is, with its unit."""
+    times: npt.NDArray[np.float64]
+    """(n,) [s]."""
+    found: npt.NDArray[np.float64]
+    exact: npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +52,7 @@ class Case:
         dt: step at which the tolerances hold [s].
         precision: precision in which they hold. Double where one is below 1e-4.
         not_offered: why no solver can run the case, where none can.
+        curve: ``curve(make_world, dt)`` gives a trajectory of the case beside the exact one, for pictures.
     """
 
     number: int
@@ -42,6 +64,7 @@ class Case:
     dt: float = 1 / 240
     precision: str = "single"
     not_offered: str | None = None
+    curve: Callable[[MakeWorld, float], Curve] | None = None
 
     def run(self, make_world: MakeWorld, dt: float | None = None) -> Result:
         """Measure the case in worlds made by ``make_world``, by default with its own dt.
@@ -49,8 +72,14 @@ class Case:
         The case's precision, a restitution threshold of 0 and sleep off are passed to ``make_world`` with what the scene needs.
         """
         h = self.dt if dt is None else dt
-        world = partial(make_world, precision=self.precision, restitution_threshold=0.0, sleeping=False)
-        return Result(self, h, self.measure(world, h))
+        return Result(self, h, self.measure(self._world(make_world), h))
+
+    def trajectory(self, make_world: MakeWorld, dt: float | None = None) -> Curve | None:
+        """The case's curve, under the same conventions; None if it has none."""
+        return None if self.curve is None else self.curve(self._world(make_world), self.dt if dt is None else dt)
+
+    def _world(self, make_world: MakeWorld) -> MakeWorld:
+        return partial(make_world, precision=self.precision, restitution_threshold=0.0, sleeping=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +99,28 @@ class Result:
         }
 
     @property
+    def score(self) -> float:
+        """The greatest error as a share of its tolerance, at most 1 if the case is passed; what a tolerance of 0 allows is all or nothing."""
+        shares = [
+            self.errors[name] / limit if limit > 0 else (0.0 if self.errors[name] == 0 else math.inf)
+            for name, limit in self.case.tolerances.items()
+        ]
+        return max((math.inf if math.isnan(share) else share for share in shares), default=0.0)
+
+    @property
     def passed(self) -> bool:
         """Whether every error is within its tolerance."""
         return not self.failures
+
+
+def record(world: World, dt: float, seconds: float, read: Callable[[], float]) -> tuple[Doubles, Doubles]:
+    """Step a world for a time and read a quantity before the first step and after each: times and values."""
+    times, values = [world.time], [float(read())]
+    for _ in range(round(seconds / dt)):
+        world.step(dt)
+        times.append(world.time)
+        values.append(float(read()))
+    return np.array(times), np.array(values)
 
 
 def relative(value: float, reference: float) -> float:

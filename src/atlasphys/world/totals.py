@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from atlasphys.engine.state.bodies import DYNAMIC
 from atlasphys.engine.state.state import State
@@ -26,17 +27,18 @@ class Moving(NamedTuple):
     gravity_scale: Doubles
 
 
-def moving(state: State) -> Moving:
-    """What the totals are summed from."""
+def moving(state: State, motion: npt.NDArray[Any] | None = None) -> Moving:
+    """What the totals are summed from; with other velocities than the state's, if they are given."""
     rows = np.flatnonzero(state.bodies.kind[: state.count] == DYNAMIC)
-    columns = ("mass", "orientation", "principal", "local_center", "motion", "response")
-    mass, q, p, local, motion, response = (getattr(state.bodies, name)[rows].astype(np.float64) for name in columns)
-    spin = motion[:, 3:6]
+    columns = ("mass", "orientation", "principal", "local_center", "response")
+    mass, q, p, local, response = (getattr(state.bodies, name)[rows].astype(np.float64) for name in columns)
+    speeds = (state.bodies.motion if motion is None else motion)[rows].astype(np.float64)
+    spin = speeds[:, 3:6]
     in_axes = rotate(conjugate(p), rotate(conjugate(q), spin))
     return Moving(
         mass=mass[:, 0],
         center=state.bodies.position[rows] + rotate(q, local),
-        velocity=motion[:, 0:3],
+        velocity=speeds[:, 0:3],
         spin=spin,
         spin_momentum=rotate(q, rotate(p, mass[:, 2:5] * in_axes)),
         gravity_scale=response[:, 0],
@@ -46,10 +48,20 @@ def moving(state: State) -> Moving:
 def energy(state: State) -> Energy:
     """Kinetic and potential energy [J]."""
     bodies = moving(state)
+    linear, angular = _kinetic(bodies)
+    height = (bodies.center * np.array(state.environment.gravity)).sum(axis=1)
+    return Energy(linear + angular, math.fsum(-bodies.mass * bodies.gravity_scale * height))
+
+
+def kinetic(state: State, motion: npt.NDArray[Any]) -> tuple[float, float]:
+    """Energy of translation and of rotation [J] of bodies that would move as ``motion`` says: velocities and angular velocities, (n, 6)."""
+    return _kinetic(moving(state, motion))
+
+
+def _kinetic(bodies: Moving) -> tuple[float, float]:
     linear = 0.5 * bodies.mass * (bodies.velocity**2).sum(axis=1)
     angular = 0.5 * (bodies.spin * bodies.spin_momentum).sum(axis=1)
-    height = (bodies.center * np.array(state.environment.gravity)).sum(axis=1)
-    return Energy(math.fsum(linear) + math.fsum(angular), math.fsum(-bodies.mass * bodies.gravity_scale * height))
+    return math.fsum(linear), math.fsum(angular)
 
 
 def momentum(state: State) -> Doubles:

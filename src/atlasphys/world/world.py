@@ -22,6 +22,7 @@ from atlasphys.engine.shapes.mass import mass_properties
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.shape import Shape
 from atlasphys.engine.solvers import SOLVERS
+from atlasphys.engine.solvers.residuals import Residuals, contact_residuals
 from atlasphys.engine.state.bodies import DYNAMIC, KINDS, STATIC
 from atlasphys.engine.state.state import Environment, State
 from atlasphys.engine.step import STAGES, DivergedError, Pipeline, step
@@ -39,6 +40,7 @@ from atlasphys.world.arguments import (
 )
 from atlasphys.world.body import COEFFICIENTS, RESPONSES, Body
 from atlasphys.world.html import world_html
+from atlasphys.world.trace import Records, trace_of, trace_records
 from atlasphys.world.views import Bodies, Energy, Event, contact_count, contact_points
 
 NARROWPHASES = ("auto", "gjk_epa", "sat")
@@ -46,6 +48,8 @@ NARROWPHASES = ("auto", "gjk_epa", "sat")
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {"broadphase": "tree", "narrowphase": "auto", "solver": "soft_step"},
     "classic": {"broadphase": "sweep", "narrowphase": "gjk_epa", "solver": "sequential_impulse"},
+    "xpbd": {"broadphase": "tree", "narrowphase": "sat", "solver": "xpbd"},
+    "avbd": {"broadphase": "tree", "narrowphase": "auto", "solver": "avbd"},
 }
 """Name → arguments of ``World`` that it stands for."""
 
@@ -93,14 +97,16 @@ class World:
     Args:
         gravity: acceleration of free fall [m/s²], (3,).
         preset: a named set of the arguments below; explicit ones override it. ``"default"``: tree, auto, soft_step. ``"classic"``: sweep and prune,
-            GJK + EPA, sequential impulses with position projection.
-        solver: name of a solver, ``"soft_step"`` or ``"sequential_impulse"``, or its settings, ``ap.SoftStep(contact_recycling=False)``.
+            GJK + EPA, sequential impulses with position projection. ``"xpbd"``: tree, separating axis test, extended position-based dynamics.
+            ``"avbd"``: tree, auto, avbd, for extreme ratios of masses.
+        solver: name of a solver, ``"soft_step"``, ``"sequential_impulse"``, ``"xpbd"`` or ``"avbd"``, or its settings,
+            ``ap.SoftStep(contact_recycling=False)``.
         narrowphase: ``"gjk_epa"`` or ``"sat"`` forces one method for all convex pairs that it can serve; ``"auto"`` picks the
             fastest right one per pair.
         broadphase: ``"tree"`` (bounding volume hierarchies over fat boxes, kept from step to step), ``"sweep"`` (sweep and prune) or ``"brute"`` (all
             pairs; for few bodies, and the reference). They find the same contacts.
         position_correction: ``"projection"`` or ``"baumgarte"``: how overlap is removed; see :class:`SequentialImpulse`.
-        substeps: solver steps per step. Default: 4; ``sequential_impulse`` takes 1.
+        substeps: solver steps per step. Default: 4, with ``xpbd`` 15; ``sequential_impulse`` takes 1.
         threads: number of threads that share the work of a step, for ``soft_step``. Worth it from about a thousand contacts on. Default: 1. The
             results are the same to the bit for any number.
         precision: ``"single"`` (faster) or ``"double"``, for all but positions, which are always double.
@@ -179,6 +185,8 @@ class World:
         self._state = State(PRECISIONS[self._precision], environment)
         self._infos: list[BodyInfo] = []
         self._profile: dict[str, float] = dict.fromkeys(STAGES, 0.0)
+        self._tracing = False
+        self._trace: list[Records] = []
         self._serial = 0
         self._start_generation()
 
@@ -314,6 +322,17 @@ class World:
         if not value:
             self._state.wake()
             self._state.bodies.rest[: self._state.count] = 0
+
+    @property
+    def trace_solver(self) -> bool:
+        """Whether ``solver_trace`` is kept. Default: False. It changes no result; steps take a multiple of their time while it is kept."""
+        return self._tracing
+
+    @trace_solver.setter
+    def trace_solver(self, value: bool) -> None:
+        if type(value) is not bool:
+            raise InvalidArgumentError(f"trace_solver must be True or False (got {value!r})")
+        self._tracing, self._trace = value, []
 
     # Bodies ----------------------------------------------------------------------------------------------------------
 
@@ -464,7 +483,9 @@ class World:
     def _advance(self, h: float, steps: int) -> None:
         self._check_written()
         try:
-            if _fused(self._pipeline.solver):
+            if self._tracing:
+                self._advance_traced(h, steps)
+            elif _fused(self._pipeline.solver):
                 self._profile = run(self._state, self._pipeline, h, steps)
             else:
                 for _ in range(steps):
@@ -477,6 +498,21 @@ class World:
                 "the world is as it was before it. Look for huge speeds, forces or mass ratios, or take a shorter step",
                 names,
             ) from None
+
+    def _advance_traced(self, h: float, steps: int) -> None:
+        """Take steps one by one and note how each was solved."""
+        self._trace = []
+        state = self._state
+        for _ in range(steps):
+            state.trace = []
+            try:
+                if _fused(self._pipeline.solver):
+                    self._profile = run(state, self._pipeline, h, 1)
+                else:
+                    self._profile = step(state, self._pipeline, h)
+                self._trace.append(trace_of(state))
+            finally:
+                state.trace = None
 
     def run(self, seconds: float, dt: float = 1 / 60) -> None:
         """Take as many steps of ``dt`` seconds as it takes to simulate ``seconds``, rounded to the nearest number of steps.
@@ -573,6 +609,28 @@ class World:
     def profile(self) -> Mapping[str, float]:
         """Seconds spent in each stage of the last step."""
         return MappingProxyType(self._profile)
+
+    def residuals(self) -> Residuals:
+        """What the end of the last step lacks from the laws of contact, for any solver: ``complementarity`` [N s], ``cone`` [N s], ``work`` [J] and
+        ``depth`` [m], an entry for each contact point, those of pairs that are only near included. See ``solver_trace`` for what they are.
+        """
+        return contact_residuals(self._state)
+
+    @property
+    def solver_trace(self) -> np.recarray[Any, Any]:
+        """How the solver fared in the last call of ``step`` or ``run``, a record a sweep and a record at the end of each step; read-only. Empty
+        unless ``trace_solver`` is set.
+
+        ``step``; ``sweep``, 0 before the first, −1 at the end of the step; ``colour`` of the contacts that it visited, −1 for all. The greatest
+        ``complementarity`` residual |min(w/k, λ)| [N s] and ``cone`` violation max(0, |λ_t| − μ λ) [N s] of a contact point, and the sum of
+        ``work`` |λ w| [J], with w the speed that the gap does not allow (in sweeps: that the solver's constraint does not), k the contact's
+        inverse mass, λ the normal and λ_t the friction impulse; at the end of a step λ is that of the whole step. Energy by kind [J]:
+        ``translation``, ``rotation``, ``potential`` (in the world's gravity; positions change at the end of a step). ``depth``: deepest overlap
+        [m].
+
+        Solvers that work in steps of Python (``sequential_impulse``) note every sweep, ``soft_step`` the end of each step alone.
+        """
+        return trace_records(self._trace)
 
     def energy(self) -> Energy:
         """Kinetic and potential energy of the dynamic bodies [J]."""

@@ -52,7 +52,8 @@ def colour_contacts(a, b, count, live, number, body, moves, used, colours, sizes
 
 @routine
 def block_ranges(sizes, starts):
-    """From numbers of contacts to ``starts`` (2, COLOURS + 2): the first block of each class and colour, and past the last one."""
+    """From numbers of contacts to ``starts`` (2, COLOURS + 2): the first block of each class and colour, and past the last one. Returns the number
+    of colours up to the last that is in use."""
     for points in range(2):
         block = 0
         for colour in range(COLOURS):
@@ -60,6 +61,11 @@ def block_ranges(sizes, starts):
             block += (sizes[points, colour] + LANES - 1) // LANES
         starts[points, COLOURS] = block
         starts[points, COLOURS + 1] = block + sizes[points, COLOURS]
+    used = 0
+    for colour in range(COLOURS + 1):
+        if sizes[0, colour] > 0 or sizes[1, colour] > 0:
+            used = colour + 1
+    return used
 
 
 @routine

@@ -8,6 +8,7 @@ Islands are found by union–find over the contacts of the step, and only in ste
 """
 
 from atlasphys.engine.jit import routine
+from atlasphys.engine.math.union_find import find_root, unite
 from atlasphys.engine.state.bodies import AWAKE, DYNAMIC, KINEMATIC
 
 TIME_TO_SLEEP = 0.5
@@ -115,15 +116,6 @@ def note_rest(rows, blocks, kind, motion, response, radius, slow, h, rest):
 
 
 @routine
-def find_root(parent, i):
-    """The representative of i's set; halves the path on the way."""
-    while parent[i] != i:
-        parent[i] = parent[parent[i]]
-        i = parent[i]
-    return i
-
-
-@routine
 def put_to_sleep(a, b, live, number, body, kind, island, rest, motion, active, count, parent, ready):
     """Let the islands sleep whose bodies have all rested for long enough. Returns how many bodies fell asleep.
 
@@ -141,9 +133,7 @@ def put_to_sleep(a, b, live, number, body, kind, island, rest, motion, active, c
         i = live[s]
         row_a, row_b = body[a[i]], body[b[i]]
         if kind[row_a] == DYNAMIC and kind[row_b] == DYNAMIC:
-            root_a, root_b = find_root(parent, row_a), find_root(parent, row_b)
-            low, high = min(root_a, root_b), max(root_a, root_b)
-            parent[high] = low
+            unite(parent, row_a, row_b)
         elif kind[row_a] == KINEMATIC and active[row_a]:
             ready[row_b] = 0
         elif kind[row_b] == KINEMATIC and active[row_b]:

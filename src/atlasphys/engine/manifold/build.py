@@ -19,6 +19,7 @@ from atlasphys.engine.state.manifolds import (
     NORMAL_IMPULSE,
     PATCH_FRICTION,
     PATCH_ROLLING,
+    PENALTY,
     POINT_COLUMNS,
     RESTITUTION,
     ROLLING,
@@ -115,6 +116,7 @@ def build_manifolds(contacts, pairs, bodies, colliders, old, old_count, new, end
             q = origin[k]
             pushed = old.points[j, POINT_COLUMNS * q + NORMAL_IMPULSE] if q >= 0 else zero
             new.points[i, POINT_COLUMNS * k + NORMAL_IMPULSE] = pushed
+            new.local[i, POINT_COLUMNS * k + PENALTY] = old.local[j, POINT_COLUMNS * q + PENALTY] if q >= 0 else zero
             rubbed = vec.load_columns(old.friction_impulse, j, 3 * q) if q >= 0 else none
             vec.store_columns(new.friction_impulse, i, 3 * k, rubbed)
         for c in range(PATCH_FRICTION, PATCH_ROLLING + 3):

@@ -63,17 +63,19 @@ def distance_squared(p, q):
 
 
 @simd_kernel
-def recycle(integers, delta, geometry, old, new, limits):
-    """Carry eight manifolds over, where they may be recycled; RESULT of ``integers`` says for which that was done.
+def recycle(points_each, integers, delta, geometry, old, new, limits):
+    """Carry eight manifolds of up to ``points_each`` (1 or 4) points over, where they may be recycled; RESULT of ``integers`` says for which that was
+    done.
 
     ``delta`` (3, 8) is x_b − x_a. ``limits``: slip² [m²]; (2 sin(θ / 4))² of turn and of twist; gap beyond which there is no contact [m]; change
     of depth in a step [m].
     """
     slip_squared, turn_squared, twist_squared, margin, change = limits
+    width = POINT_COLUMNS * points_each
     row, count = load(integers, OLD_ROW), load(integers, OLD_COUNT)
     frame_a, frame_b = gather(geometry, load(integers, PAIR_A), 16), gather(geometry, load(integers, PAIR_B), 16)
-    reference, local = gather(old.reference, row, 16), gather(old.local, row, 32)
-    head, points = gather(old.contact, row, 16), list(gather(old.points, row, 32))
+    reference, local = gather(old.reference, row, 16), gather(old.local, row, width)
+    head, points = gather(old.contact, row, 16), list(gather(old.points, row, width))
     turn_a, turn_b = frame_a[QUATERNION:16], frame_b[QUATERNION:16]
     then_a, then_b = reference[TURN_A : TURN_A + 4], reference[TURN_B : TURN_B + 4]
     keeps = (
@@ -85,7 +87,7 @@ def recycle(integers, delta, geometry, old, new, limits):
     n = vec.mat_mul_vec(frame_a, reference[NORMAL_IN_A : NORMAL_IN_A + 3])
     between = load(delta, 0), load(delta, 1), load(delta, 2)
     deepest = full(n[0], -1e6)
-    for k in range(4):
+    for k in range(points_each):
         first = POINT_COLUMNS * k
         at_a = vec.mat_mul_vec(frame_a, local[first + LOCAL_A : first + LOCAL_A + 3])
         at_b = vec.mat_mul_vec(frame_b, local[first + LOCAL_B : first + LOCAL_B + 3])
@@ -106,7 +108,10 @@ def recycle(integers, delta, geometry, old, new, limits):
     lacking = keeps & (load(integers, HAS_COPY) == 0)
 
     def copy():
-        scatter(new.local, target, local, where=lacking)
+        unused = (full(n[0], 0),) * (4 * POINT_COLUMNS - width)
+        scatter(new.local, target, (*local, *unused), where=lacking)
+        if unused:
+            scatter(new.points, target, unused, width, where=lacking)
         scatter(new.reference, target, reference, where=lacking)
 
     when(any_lane(lacking), copy)

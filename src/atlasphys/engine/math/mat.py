@@ -68,3 +68,16 @@ def store(rows, i, m):
     rows[i, 0], rows[i, 1], rows[i, 2] = m[0], m[1], m[2]
     rows[i, 3], rows[i, 4], rows[i, 5] = m[3], m[4], m[5]
     rows[i, 6], rows[i, 7], rows[i, 8] = m[6], m[7], m[8]
+
+
+@routine
+def sym_add_scalar(s, k):
+    """S + k 1."""
+    return s[0] + k, s[1] + k, s[2] + k, s[3], s[4], s[5]
+
+
+@routine
+def sym_add_square(s, u, k):
+    """S + k u uᵀ."""
+    x, y, z = k * u[0], k * u[1], k * u[2]
+    return s[0] + x * u[0], s[1] + y * u[1], s[2] + z * u[2], s[3] + x * u[1], s[4] + x * u[2], s[5] + y * u[2]

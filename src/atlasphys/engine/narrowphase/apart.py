@@ -13,9 +13,16 @@ import math
 from atlasphys.engine.jit import routine
 
 INEXACT = 1e-3
-"""Part of the sizes of two shapes by which a gap that a narrow phase reports is taken to be smaller. It covers round-off, and the edges that the
-separating axis test takes for parallel (``sat.PARALLEL_SQUARED``). Smaller: a contact could begin a step late. Larger: pairs are looked at more
-often."""
+"""Part of the sizes of two shapes by which a gap between them is taken to be smaller than it was found to be. It covers round-off, and the edges that
+the separating axis test takes for parallel (``sat.PARALLEL_SQUARED``). Smaller: a contact could begin a step late. Larger: pairs are looked at
+more often."""
+
+
+@routine
+def certain_gap(gap, shapes, pair):
+    """A gap between two shapes as a narrow phase found it, less what it may be wrong by; at least 0."""
+    size = shapes.extent[pair[0]] + shapes.extent[pair[1]]
+    return max(gap - type(gap)(INEXACT) * size, type(gap)(0))
 
 
 @routine

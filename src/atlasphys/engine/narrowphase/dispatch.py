@@ -1,7 +1,6 @@
 """Which routine works out which pair, and the stage's entry point.
 
-Pairs are sorted by the kinds of their two shapes, and each kind of pair present is given to its kernel in one call.
-So only the kernels that a scene needs are ever compiled.
+Pairs are sorted by their routines, and all pairs of a routine are given to it in one call. So only the kernels that a scene needs are ever compiled.
 """
 
 from __future__ import annotations
@@ -12,6 +11,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 import numpy.typing as npt
 
+from atlasphys.engine.narrowphase.layout import lay_out
 from atlasphys.engine.narrowphase.pairs.box_box import box_box
 from atlasphys.engine.narrowphase.pairs.capsule_box import capsule_box
 from atlasphys.engine.narrowphase.pairs.capsule_capsule import capsule_capsule
@@ -26,14 +26,9 @@ from atlasphys.engine.shapes.table import (
     CAPSULE,
     CONE,
     CYLINDER,
-    EDGE_COUNT,
-    FEATURE_POINTS,
     HULL,
-    KIND,
     PLANE,
-    RIM_POINTS,
     SPHERE,
-    VERTEX_COUNT,
     Shapes,
 )
 from atlasphys.engine.state.bodies import Bodies
@@ -46,8 +41,6 @@ PairKernel = Callable[[npt.NDArray[np.intp], Bodies, Colliders, Shapes, float, C
 KINDS = 7
 CONVEX = (SPHERE, CAPSULE, BOX, CYLINDER, CONE, HULL)
 METHODS = ("auto", "gjk_epa", "sat")
-
-generic: PairKernel = convex_convex
 
 PAIR_KERNELS: dict[tuple[int, int], PairKernel] = {
     **dict.fromkeys(combinations_with_replacement(CONVEX, 2), convex_convex),
@@ -75,27 +68,25 @@ MOST_EDGE_PAIRS = 600
 """Above this product of numbers of edges, "auto" gives two polyhedra to GJK and EPA: the separating axis test takes
 time in proportion to it. Smaller or larger: slower, nothing else."""
 
+EDGE_LIMITS = {"auto": MOST_EDGE_PAIRS, "gjk_epa": 0, "sat": 2**31}
+"""By method: product of numbers of edges above which GJK and EPA take over."""
 
-def kind_pairs(colliders: Colliders, shapes: Shapes, pairs: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-    """``KINDS * lower + higher`` of the kinds of each pair's shapes."""
-    kinds = shapes.layout[colliders.shape[pairs], KIND]
-    codes: npt.NDArray[np.int32] = KINDS * kinds.min(axis=1) + kinds.max(axis=1)
-    return codes
+ROUTINES: tuple[PairKernel, ...] = tuple(
+    dict.fromkeys([convex_convex, plane_convex, polyhedra, *PAIR_KERNELS.values()])
+)
+"""Each routine once, in the order of its number; the first are those that ``layout.py`` names."""
 
-
-def slots(colliders: Colliders, shapes: Shapes, pairs: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
-    """The most points that each pair can have.
-
-    Clipping a feature of m corners by one of k leaves at most m + k, and one more is kept for the deepest point. On a
-    plane a polyhedron may rest on all its vertices, a capsule on two points, a disc on its rim and its lowest point.
-    """
-    rows = colliders.shape[pairs]
-    layout = shapes.layout[rows]
-    count: npt.NDArray[np.int32] = layout[:, :, FEATURE_POINTS].sum(axis=1) + 1
-    on_plane = (layout[:, :, KIND] == PLANE).any(axis=1)
-    if on_plane.any():
-        count[on_plane] = np.maximum(layout[on_plane, :, VERTEX_COUNT].max(axis=1), RIM_POINTS + 1)
-    return count
+KIND_ROUTINES: dict[str, npt.NDArray[np.int8]] = {
+    method: np.array(
+        [
+            [ROUTINES.index(table.get((min(i, j), max(i, j)), convex_convex)) for j in range(KINDS)]
+            for i in range(KINDS)
+        ],
+        np.int8,
+    )
+    for method, table in METHOD_KERNELS.items()
+}
+"""By method: the place in ``ROUTINES`` of the routine for each two kinds of shapes."""
 
 
 def collide(
@@ -123,32 +114,35 @@ def collide(
         The contacts, of which the first P rows (and slots up to ``first[P]``) are in use.
     """
     number = len(pairs)
-    width = slots(colliders, shapes, pairs)
-    total = int(width.sum())
-    if number > len(contacts.a) or total > len(contacts.depth):
-        contacts = empty_contacts(
-            _doubled(len(contacts.a), number), _doubled(len(contacts.depth), total), contacts.depth.dtype
+    contacts = with_room(contacts, number, 0)
+    of_pair, rows = np.empty(number, np.int8), np.empty(number, np.intp)
+    starts = np.empty(len(ROUTINES) + 1, np.int64)
+    while True:
+        total = lay_out(
+            pairs,
+            colliders.shape,
+            shapes.layout,
+            KIND_ROUTINES[method],
+            EDGE_LIMITS[method],
+            contacts,
+            of_pair,
+            rows,
+            starts,
         )
-    contacts.a[:number] = pairs[:, 0]
-    contacts.b[:number] = pairs[:, 1]
-    contacts.first[0] = 0
-    np.cumsum(width, out=contacts.first[1 : number + 1])
-    contacts.count[:number] = 0
-    contacts.gap[:number] = 0
-    table = METHOD_KERNELS[method]
-    codes = kind_pairs(colliders, shapes, pairs)
-    for code in np.flatnonzero(np.bincount(codes)) if number else ():
-        rows = np.flatnonzero(codes == code)
-        kernel = table[divmod(int(code), KINDS)]
-        if kernel is polyhedra and method == "auto":
-            edges = shapes.layout[colliders.shape[pairs[rows]], EDGE_COUNT].astype(np.int64).prod(axis=1)
-            few = edges <= MOST_EDGE_PAIRS
-            if not few.all():
-                generic(rows[~few], bodies, colliders, shapes, margin, contacts)
-                rows = rows[few]
-        if len(rows):
-            kernel(rows, bodies, colliders, shapes, margin, contacts)
+        if total <= len(contacts.depth):
+            break
+        contacts = with_room(contacts, number, total)
+    for kernel, begin, end in zip(ROUTINES, starts[:-1], starts[1:], strict=True):
+        if begin < end:
+            kernel(rows[begin:end], bodies, colliders, shapes, margin, contacts)
     return contacts
+
+
+def with_room(contacts: Contacts, pairs: int, points: int) -> Contacts:
+    """The same buffers, or empty ones if these have no room for so many pairs and slots for points."""
+    if pairs <= len(contacts.a) and points <= len(contacts.depth):
+        return contacts
+    return empty_contacts(_doubled(len(contacts.a), pairs), _doubled(len(contacts.depth), points), contacts.depth.dtype)
 
 
 def _doubled(capacity: int, needed: int) -> int:

@@ -24,6 +24,9 @@ PARALLEL_SQUARED = 1e-6
 """Squared sine under which two edges count as parallel. Their axis would be round-off, and faces or other edges bound
 the overlap."""
 
+NEARLY_PARALLEL = 0.01
+"""Sine under which the axis of two edges is not relied on for more than one step: ten times what counts as parallel."""
+
 
 @routine
 def _column(rotation, k):
@@ -149,6 +152,21 @@ def _face_axis(shapes, row, other, vertices, other_vertices, normals):
 
 
 @routine
+def _turn_of_edges(u, v, normals, edges, edge_a, face_a, edge_b, face_b):
+    """By what angle two edges may turn, together, before their arcs on the Gauss map may cease to cross or their axis has turned by a tenth."""
+    real = normals.dtype.type
+    u, v = vec.unit(u), vec.unit(v)
+    sine = vec.length(vec.cross(u, v))
+    if sine < real(NEARLY_PARALLEL):
+        return real(0)
+    crossing = sine
+    for k in range(2, 4):
+        of_a, of_b = vec.load(normals[0], edges[edge_a, k] - face_a), vec.load(normals[1], edges[edge_b, k] - face_b)
+        crossing = min(crossing, abs(vec.dot(of_a, v)), abs(vec.dot(of_b, u)))
+    return min(real(0.5) * crossing, real(0.1) * sine)
+
+
+@routine
 def polyhedra_axes(shapes, pair, limit, bias, scratch):
     """Separating axis test of two polyhedra.
 
@@ -157,7 +175,8 @@ def polyhedra_axes(shapes, pair, limit, bias, scratch):
         scratch: from :func:`hull_scratch`.
 
     Returns:
-        ``normal, distance, on_a, on_b`` as :func:`core_contact`.
+        ``normal, distance, on_a, on_b`` as :func:`core_contact`, and ``hold``: the distances from a face of a and from a
+        face of b, and by what angle the two may turn before the axis of the two edges is lost (0: it is of a face).
     """
     row_a, row_b, rotation_a, rotation_b, d = pair
     vertices, normals = scratch
@@ -165,11 +184,12 @@ def polyhedra_axes(shapes, pair, limit, bias, scratch):
     zero = real(0)
     _turn_polyhedron(shapes, row_a, rotation_a, (zero, zero, zero), vertices[0], normals[0])
     _turn_polyhedron(shapes, row_b, rotation_b, d, vertices[1], normals[1])
-    best, face = _face_axis(shapes, row_a, row_b, vertices[0], vertices[1], normals[0])
+    from_a, face = _face_axis(shapes, row_a, row_b, vertices[0], vertices[1], normals[0])
+    best = from_a
     n = vec.load(normals[0], face)
-    distance, face = _face_axis(shapes, row_b, row_a, vertices[1], vertices[0], normals[1])
-    if distance > best + bias:
-        best = distance
+    from_b, face = _face_axis(shapes, row_b, row_a, vertices[1], vertices[0], normals[1])
+    if from_b > best + bias:
+        best = from_b
         n = vec.neg(vec.load(normals[1], face))
     edge_a, edge_b = -1, -1
     layout, edges = shapes.layout, shapes.edges
@@ -215,6 +235,11 @@ def polyhedra_axes(shapes, pair, limit, bias, scratch):
         q = vec.load(vertices[1], edges[edge_b, 0] - layout[row_b, FIRST_VERTEX])
         v = vec.sub(vec.load(vertices[1], edges[edge_b, 1] - layout[row_b, FIRST_VERTEX]), q)
         s, t = closest_of_segments(p, u, q, v)
-        return n, best, vec.add_scaled(p, u, s), vec.add_scaled(q, v, t)
+        turn = zero
+        if 0 < s < 1 and 0 < t < 1:
+            turn = _turn_of_edges(
+                u, v, normals, edges, edge_a, layout[row_a, FIRST_FACE], edge_b, layout[row_b, FIRST_FACE]
+            )
+        return n, best, vec.add_scaled(p, u, s), vec.add_scaled(q, v, t), (from_a, from_b, turn)
     q = vec.add(mat.mul_vec(rotation_b, support(shapes, row_b, mat.transpose_mul_vec(rotation_b, vec.neg(n)))), d)
-    return n, best, vec.add_scaled(q, n, -best), q
+    return n, best, vec.add_scaled(q, n, -best), q, (from_a, from_b, zero)

@@ -49,6 +49,8 @@ class Shapes(NamedTuple):
     """(f, 2) first entry in ``face_vertices`` and number of entries of each face."""
     face_vertices: npt.NDArray[np.int32]
     """(k,) vertex rows of the faces, counter-clockwise as seen from outside."""
+    extent: npt.NDArray[np.floating]
+    """(s,) at least the greatest distance of a point of the shape from its origin [m]; planes: 0."""
     bluntness: npt.NDArray[np.floating]
     """(s,) polyhedra: cosine of the greatest angle between a face's normal and the middle of the normals at one of its vertices; others: 0."""
     edges: npt.NDArray[np.int32]
@@ -110,12 +112,15 @@ class ShapeTable:
             sizes = shape.sizes
             size[row, : len(sizes)] = sizes
 
+        extent = np.where(layout[:, KIND] == PLANE, 0, size[:, 0] + size[:, 1])
         owners = [row for row, polyhedron in enumerate(self._polyhedra) if polyhedron is not None]
         polyhedra = [polyhedron for polyhedron in self._polyhedra if polyhedron is not None]
         counts = np.array([(len(p.vertices), len(p.planes), len(p.edges)) for p in polyhedra], np.int32).reshape(-1, 3)
         starts = np.cumsum(counts, axis=0, dtype=np.int32) - counts
         layout[np.ix_(owners, [VERTEX_COUNT, FACE_COUNT, EDGE_COUNT])] = counts
         layout[np.ix_(owners, [FIRST_VERTEX, FIRST_FACE, FIRST_EDGE])] = starts
+
+        extent[owners] = [np.sqrt((p.vertices**2).sum(axis=1).max()) for p in polyhedra]
 
         face_sizes = _joined([p.face_sizes for p in polyhedra], np.int32, ())
         face_vertices = _joined([p.face_vertices for p in polyhedra], np.int32, ())
@@ -132,6 +137,7 @@ class ShapeTable:
             faces=_joined([p.planes for p in polyhedra], self._real, (4,)),
             face_range=np.stack([first, face_sizes], axis=1),
             face_vertices=face_vertices,
+            extent=extent,
             bluntness=np.array([0.0 if p is None else bluntness(p) for p in self._polyhedra], self._real),
             edges=edges,
         )

@@ -18,7 +18,7 @@ from atlasphys.engine.simd.lanes import (
     sqrt,
     when,
 )
-from atlasphys.engine.simd.memory import Table, gather, load, scatter, store
+from atlasphys.engine.simd.memory import Table, beside, gather, load, scatter, store
 from atlasphys.engine.simd.target import instruction_set, lane_count
 
 __all__ = [
@@ -30,6 +30,7 @@ __all__ = [
     "absolute",
     "all_lanes",
     "any_lane",
+    "beside",
     "full",
     "gather",
     "instruction_set",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from typing import Any
 
@@ -16,21 +17,25 @@ types: Any = _types  # Numba's own annotations are incomplete
 _I64 = ir.IntType(64)
 _CALLED = ir.FunctionType(_I64, [_I64] * 4)
 
-_python_calls: dict[int, tuple[Any, Any]] = {}  # of each thread, the last
+# What stands for addresses in plain Python
+_python_code: dict[int, Any] = {}
+_python_places: dict[tuple[int, int], int] = {}  # of each thread and routine
+_python_data: dict[int, Any] = {}
+_numbers = itertools.count(1)
 
 
 def address_call(routine: Any, arguments: Any) -> tuple[int, int]:
     """Two addresses, of code and of data, with which ``call_address`` calls ``routine(arguments, i, j, k)``. They hold until the function that asks
-    for them returns. ``arguments`` is a tuple, the other three are integers."""
-    thread = threading.get_ident()
-    _python_calls[thread] = routine, arguments
-    return thread, 0
+    for them returns; that of the code as long as the process lives. ``arguments`` is a tuple, the other three are integers."""
+    code = id(routine)
+    data = _python_places.setdefault((threading.get_ident(), code), next(_numbers))
+    _python_code[code], _python_data[data] = routine, arguments
+    return code, data
 
 
 def call_address(code: int, data: int, i: int, j: int, k: int) -> int:
     """Call what ``address_call`` was given. Returns 1 if it raised an exception, else 0."""
-    routine, arguments = _python_calls[code]
-    routine(arguments, i, j, k)
+    _python_code[code](_python_data[data], i, j, k)
     return 0
 
 

@@ -7,21 +7,24 @@ that Python calls puts the arrays' descriptions into its frame once, and all tha
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from llvmlite import ir
+from numba.core import imputils as _imputils
+from numba.core import pythonapi as _pythonapi
 from numba.core import types as _types
 from numba.core.datamodel import models as _models
 from numba.core.datamodel import registry as _registry
-from numba.core.imputils import impl_ret_borrowed, lower_getattr_generic
-from numba.core.pythonapi import NativeValue, unbox
 from numba.core.registry import cpu_target
-from numba.core.typing.templates import AttributeTemplate, infer_getattr
+from numba.core.typing import templates as _templates
 from numba.core.typing.typeof import typeof_impl
 
 types: Any = _types  # Numba's own annotations are incomplete
 models: Any = _models
 registry: Any = _registry
+imputils: Any = _imputils
+pythonapi: Any = _pythonapi
+templates: Any = _templates
 
 Class = TypeVar("Class", bound=type)
 
@@ -48,7 +51,7 @@ class Address(type(_BYTE.as_pointer())):  # type: ignore[misc]
 class _ArgumentAttributes(ir.values.ArgumentAttributes):  # type: ignore[misc]
     """llvmlite's list of attributes lacks one, and another has changed its name in LLVM, which reads both."""
 
-    _known = {**ir.values.ArgumentAttributes._known, "nocapture": False, "readonly": False}
+    _known: ClassVar[dict[str, bool]] = {**ir.values.ArgumentAttributes._known, "nocapture": False, "readonly": False}
 
 
 class TableType(types.Type):  # type: ignore[misc]
@@ -86,11 +89,11 @@ class _TableModel(models.PrimitiveModel):  # type: ignore[misc]
         )
 
 
-@infer_getattr
-class _Fields(AttributeTemplate):  # type: ignore[misc]
+@templates.infer_getattr
+class _Fields(templates.AttributeTemplate):  # type: ignore[misc]
     key = TableType
 
-    def generic_resolve(self, kind: TableType, name: str) -> Any:
+    def generic_resolve(self, kind: Any, name: str) -> Any:
         """The type of a field."""
         return kind.fields.get(name)
 
@@ -100,12 +103,14 @@ def read_field(context: Any, builder: Any, kind: TableType, address: Any, name: 
     return builder.load(context.get_value_type(kind).field(builder, address, name))
 
 
-@lower_getattr_generic(TableType)
+@imputils.lower_getattr_generic(TableType)  # type: ignore[untyped-decorator]
 def _get_field(context: Any, builder: Any, kind: TableType, address: Any, name: str) -> Any:
-    return impl_ret_borrowed(context, builder, kind.fields[name], read_field(context, builder, kind, address, name))
+    return imputils.impl_ret_borrowed(
+        context, builder, kind.fields[name], read_field(context, builder, kind, address, name)
+    )
 
 
-@unbox(TableType)
+@pythonapi.unbox(TableType)  # type: ignore[untyped-decorator]
 def _take_over(kind: TableType, table: Any, c: Any) -> Any:
     form = c.context.get_value_type(kind)
     with c.builder.goto_entry_block():
@@ -125,4 +130,4 @@ def _take_over(kind: TableType, table: Any, c: Any) -> Any:
             if c.context.enable_nrt:
                 c.context.nrt.decref(c.builder, field, native.value)
 
-    return NativeValue(room, cleanup=give_back, is_error=failed)
+    return pythonapi.NativeValue(room, cleanup=give_back, is_error=failed)

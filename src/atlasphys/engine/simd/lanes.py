@@ -23,8 +23,7 @@ LLVM_TYPES = {
     np.dtype(np.int32): ir.IntType(32),
     np.dtype(np.int64): ir.IntType(64),
 }
-_BOOL = ir.IntType(1)
-_BOOLS = ir.VectorType(_BOOL, LANES)
+_BOOL, _I32 = ir.IntType(1), ir.IntType(32)
 
 
 def _no_branch(self: Any) -> bool:
@@ -39,7 +38,7 @@ def _no_in_place(self: Any, other: Any) -> Any:
 
 
 class Lanes:
-    """Eight numbers of one dtype, float32, float64, int32 or int64, in a vector register.
+    """Eight numbers of one dtype, float32, float64, int32 or int64, in a vector register; or sixteen, of two blocks side by side (``beside``).
 
     Python numbers take the lanes' dtype. Numbers of another dtype are refused: ``lanes.astype(dtype)`` converts.
     """
@@ -53,6 +52,11 @@ class Lanes:
         self.builder, self.dtype, self.value = builder, dtype, value
 
     @property
+    def count(self) -> int:
+        """Number of lanes."""
+        return int(self.value.type.count)
+
+    @property
     def is_float(self) -> bool:
         """Whether the lanes hold floating-point numbers."""
         return self.dtype.kind == "f"
@@ -61,7 +65,7 @@ class Lanes:
         """LLVM value of a number in every lane, in the lanes' dtype."""
         with np.errstate(over="ignore"):  # 1e300 is infinite in float32, as in NumPy
             number = self.dtype.type(number).item()
-        return ir.Constant(self.value.type, [number] * LANES)
+        return ir.Constant(self.value.type, [number] * self.count)
 
     def operand(self, other: Any) -> Any:
         """LLVM value of the other operand.
@@ -74,7 +78,7 @@ class Lanes:
         if isinstance(other, (Lanes, np.generic)):
             if other.dtype != self.dtype:
                 raise TypeError(f"operands are {self.dtype} and {other.dtype}: convert one of them with astype")
-            return other.value if isinstance(other, Lanes) else self.constant(other)
+            return other.widened(self.count).value if isinstance(other, Lanes) else self.constant(other)
         if isinstance(other, bool) or not isinstance(other, (int, float)):
             raise TypeError(f"an operand of lanes must be lanes or a number, not {type(other).__name__}")
         if isinstance(other, float) and not self.is_float:
@@ -85,8 +89,17 @@ class Lanes:
         """Lanes of the same dtype with another LLVM value."""
         return Lanes(self.builder, self.dtype, value)
 
+    def widened(self, count: int) -> Lanes:
+        """The same numbers for each of two blocks side by side, if ``count`` is theirs."""
+        return self if self.count >= count else self.like(repeat(self.builder, self.value, count))
+
+    def _meet(self, other: Any) -> tuple[Any, Any]:
+        """LLVM values of both operands, of the same number of lanes."""
+        wide = self.widened(other.count) if isinstance(other, Lanes) else self
+        return wide.value, wide.operand(other)
+
     def _arithmetic(self, name: str, other: Any, swapped: bool = False) -> Lanes:
-        left, right = self.value, self.operand(other)
+        left, right = self._meet(other)
         if swapped:
             left, right = right, left
         return self.like(getattr(self.builder, "f" + name if self.is_float else name)(left, right))
@@ -94,17 +107,17 @@ class Lanes:
     def _bits(self, name: str, other: Any) -> Lanes:
         if self.is_float:
             raise TypeError(f"bit operations need integer lanes, not {self.dtype}")
-        return self.like(getattr(self.builder, name)(self.value, self.operand(other)))
+        return self.like(getattr(self.builder, name)(*self._meet(other)))
 
     def _compare(self, sign: str, other: Any) -> Mask:
-        right = self.operand(other)
+        left, right = self._meet(other)
         if not self.is_float:
             compare = self.builder.icmp_signed
         elif sign == "!=":
             compare = self.builder.fcmp_unordered  # NaN differs from everything
         else:
             compare = self.builder.fcmp_ordered
-        return Mask(self.builder, compare(sign, self.value, right))
+        return Mask(self.builder, compare(sign, left, right))
 
     def __add__(self, other: Any) -> Lanes:
         return self._arithmetic("add", other)
@@ -170,7 +183,7 @@ class Lanes:
         dtype = np.dtype(dtype)
         if dtype == self.dtype:
             return self
-        target = ir.VectorType(LLVM_TYPES[dtype], LANES)
+        target = ir.VectorType(LLVM_TYPES[dtype], self.count)
         wider = dtype.itemsize > self.dtype.itemsize
         if self.is_float and dtype.kind == "f":
             convert = self.builder.fpext if wider else self.builder.fptrunc
@@ -202,13 +215,16 @@ class Mask:
         if not isinstance(other, Mask):
             raise TypeError(f"a mask combines with masks, not with {type(other).__name__}")
         left, right = self, other
-        if left.is_uniform != right.is_uniform:
-            left, right = left.spread(), right.spread()
+        if left.value.type != right.value.type:
+            count = max(mask.value.type.count for mask in (left, right) if not mask.is_uniform)
+            left, right = left.spread(count), right.spread(count)
         return Mask(self.builder, getattr(self.builder, name)(left.value, right.value))
 
-    def spread(self) -> Mask:
-        """The mask with a truth for each lane."""
-        return Mask(self.builder, splat(self.builder, self.value)) if self.is_uniform else self
+    def spread(self, count: int = LANES) -> Mask:
+        """The mask with a truth for each of so many lanes."""
+        if self.is_uniform:
+            return Mask(self.builder, splat(self.builder, self.value, count))
+        return self if self.value.type.count >= count else Mask(self.builder, repeat(self.builder, self.value, count))
 
     def __and__(self, other: Any) -> Mask:
         return self._combine("and_", other)
@@ -223,11 +239,21 @@ class Mask:
         return Mask(self.builder, self.builder.not_(self.value))
 
 
-def splat(builder: Any, scalar: Any) -> Any:
+def splat(builder: Any, scalar: Any, count: int = LANES) -> Any:
     """LLVM vector with a scalar in every lane."""
-    empty = ir.Constant(ir.VectorType(scalar.type, LANES), ir.Undefined)
-    first = builder.insert_element(empty, scalar, ir.Constant(ir.IntType(32), 0))
-    return builder.shuffle_vector(first, empty, ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES))
+    empty = ir.Constant(ir.VectorType(scalar.type, count), ir.Undefined)
+    first = builder.insert_element(empty, scalar, ir.Constant(_I32, 0))
+    return pick(builder, first, empty, [0] * count)
+
+
+def repeat(builder: Any, vector: Any, count: int) -> Any:
+    """LLVM vector of ``count`` lanes in which a shorter one is repeated."""
+    return pick(builder, vector, vector, [lane % vector.type.count for lane in range(count)])
+
+
+def pick(builder: Any, first: Any, second: Any, lanes: list[int]) -> Any:
+    """LLVM vector of the lanes of two others, numbered through, that are listed."""
+    return builder.shuffle_vector(first, second, ir.Constant(ir.VectorType(_I32, len(lanes)), lanes))
 
 
 def select(mask: Any, if_true: Any, if_false: Any) -> Any:
@@ -248,7 +274,10 @@ def select(mask: Any, if_true: Any, if_false: Any) -> Any:
         return np.where(mask, if_true, if_false)
     if not isinstance(typed, Lanes):
         raise TypeError(f"select with a mask needs lanes, not {type(typed).__name__}")
-    return typed.like(mask.builder.select(mask.value, typed.operand(if_true), typed.operand(if_false)))
+    counts = [side.count for side in (if_true, if_false) if isinstance(side, Lanes)]
+    typed = typed.widened(max(*counts, 1 if mask.is_uniform else mask.value.type.count))
+    truth = mask.value if mask.is_uniform else mask.spread(typed.count).value
+    return typed.like(mask.builder.select(truth, typed.operand(if_true), typed.operand(if_false)))
 
 
 def minimum(a: Any, b: Any) -> Any:
@@ -274,7 +303,7 @@ def absolute(x: Any) -> Any:
 def _unary(name: str, x: Lanes) -> Lanes:
     if not x.is_float:
         raise TypeError(f"{name} needs floating-point lanes, not {x.dtype}")
-    suffix = f"v{LANES}f{8 * x.dtype.itemsize}"
+    suffix = f"v{x.count}f{8 * x.dtype.itemsize}"
     function = x.builder.module.declare_intrinsic(
         f"llvm.{name}.{suffix}", (), ir.FunctionType(x.value.type, [x.value.type])
     )
@@ -288,13 +317,13 @@ def any_lane(mask: Any) -> Any:
 
 def all_lanes(mask: Any) -> Any:
     """Whether the mask holds in every lane."""
-    return _reduce(mask, "==", 2**LANES - 1) if isinstance(mask, Mask) else np.all(mask)
+    return _reduce(mask, "==", -1) if isinstance(mask, Mask) else np.all(mask)
 
 
 def _reduce(mask: Mask, sign: str, bits: int) -> Mask:
     if mask.is_uniform:
         return mask
-    packed = ir.IntType(LANES)
+    packed = ir.IntType(mask.value.type.count)
     builder = mask.builder
     return Mask(builder, builder.icmp_unsigned(sign, builder.bitcast(mask.value, packed), ir.Constant(packed, bits)))
 

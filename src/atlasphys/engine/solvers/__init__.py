@@ -3,12 +3,14 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from atlasphys.engine.solvers import sequential_impulse
+from atlasphys.engine.solvers import avbd, sequential_impulse, xpbd
+from atlasphys.engine.solvers.avbd import AVBD
 from atlasphys.engine.solvers.sequential_impulse import SequentialImpulse
 from atlasphys.engine.solvers.soft_step import SoftStep
+from atlasphys.engine.solvers.xpbd import XPBD
 from atlasphys.engine.state.state import State
 
-__all__ = ["SOLVERS", "SequentialImpulse", "SoftStep", "Solver"]
+__all__ = ["AVBD", "SOLVERS", "XPBD", "SequentialImpulse", "SoftStep", "Solver"]
 
 
 class Solver(NamedTuple):
@@ -24,4 +26,6 @@ class Solver(NamedTuple):
 SOLVERS: dict[str, Solver] = {
     "soft_step": Solver(SoftStep, None),
     "sequential_impulse": Solver(SequentialImpulse, sequential_impulse.advance),
+    "xpbd": Solver(XPBD, xpbd.advance),
+    "avbd": Solver(AVBD, avbd.advance),
 }

@@ -35,6 +35,7 @@ from atlasphys.engine.solvers.contact_block import (
     FAR,
     SLIDE_TOTAL,
     TWIST_TOTAL,
+    share_load,
 )
 from atlasphys.engine.solvers.soft_contact import Pair
 from atlasphys.engine.state.blocks import COUNT, MANIFOLD
@@ -114,14 +115,8 @@ def strike(points, locks, block, integers, blocks, motion, inverse_mass, ease) -
     for k in range(points):
         off = absolute(excess[k]) > load(blocks, block, fields.gap + k)
         wrong = wrong | (off & ((old[k] > 0) | (excess[k] < 0)))
-    new = list(old)
-    for _ in range(BOUNCE_SWEEPS if points > 1 else 1):
-        for k in range(points):
-            pressed = maximum(new[k] - excess[k] / load(blocks, block, fields.entry(k, k)), 0)
-            change = pressed - new[k]
-            new[k] = pressed
-            for j in range(points):
-                excess[j] = excess[j] + load(blocks, block, fields.entry(j, k)) * change
+    wanted = [old[k] - load(blocks, block, fields.inverse + k) * excess[k] for k in range(points)]
+    new = share_load(fields, blocks, block, old, wanted, None, BOUNCE_SWEEPS if points > 1 else 1)
     pair.press([new[k] - old[k] for k in range(points)])
     for k in range(points):
         store(blocks, block, fields.total + k, new[k])

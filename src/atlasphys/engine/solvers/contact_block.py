@@ -14,7 +14,7 @@ docs/soft_step.md)
 Where a manifold is *recycled* (manifold/recycle.py), the arms stay as they were: ``FRESH`` is 0.
 """
 
-from atlasphys.engine.simd import gather, load, select, sqrt, store, vec
+from atlasphys.engine.simd import gather, load, maximum, select, sqrt, store, vec
 
 # Fields of every block
 NORMAL = 0  # 0–2
@@ -42,14 +42,14 @@ class Fields:
         self.gap = POINTS  # separation at the start of the step, with the bodies where they were
         self.impulse = self.gap + points  # λ_k of the present substep
         self.total = self.impulse + points  # sum of λ_k over the substeps
-        self.matrix = self.total + points  # K, upper triangle row by row
-        self.arm = self.matrix + points * (points + 1) // 2  # c_k; with one point it is centroid × n
+        self.inverse = self.total + points  # 1 / K_kk
+        self.couplings = self.inverse + points  # K_jk / K_jj, row by row
+        self.arm = self.couplings + points * (points - 1)  # c_k; with one point it is centroid × n
         self.number = self.arm + (3 * points if points > 1 else 0)
 
-    def entry(self, j: int, k: int) -> int:
-        """Field of K_jk."""
-        j, k = min(j, k), max(j, k)
-        return self.matrix + j * self.points - j * (j + 1) // 2 + k
+    def coupling(self, j: int, k: int) -> int:
+        """Field of K_jk / K_jj: by how much the impulse that point j wants falls for each unit of point k's."""
+        return self.couplings + j * (self.points - 1) + (k if k < j else k - 1)
 
 
 def load_vec(blocks, block, field):
@@ -68,6 +68,32 @@ def load_arms(fields, blocks, block, normal, centroid):
     if fields.points == 1:
         return (vec.cross(centroid, normal),)
     return tuple(load_vec(blocks, block, fields.arm + 3 * k) for k in range(fields.points))
+
+
+def share_load(fields, blocks, block, impulses, wanted, scales, sweeps):
+    """Gauss–Seidel sweeps over the normal impulses of a manifold. Returns the new ones.
+
+    ``wanted`` is what each impulse would become if the others stayed and it might pull; it falls as the others rise, and does not depend on the
+    impulse itself. Between one point and the next lie four operations, each of which waits for the one before: they take most of a visit's time.
+    ``scales`` are factors on the couplings of each point, or None: a point of a soft contact wants mass_scale (λ − excess / K), as impulse_scale is
+    1 − mass_scale.
+    """
+    points, new, wanted = fields.points, list(impulses), list(wanted)
+    coupling = {}
+    for j in range(points):
+        for k in range(points):
+            if j != k:
+                entry = load(blocks, block, fields.coupling(j, k))
+                coupling[j, k] = entry if scales is None else entry * scales[j]
+    for sweep in range(sweeps):
+        for k in range(points):
+            pressed = maximum(wanted[k], 0)
+            change = pressed - new[k]
+            new[k] = pressed
+            for j in range(points):
+                if j > k or (j < k and sweep < sweeps - 1):
+                    wanted[j] = wanted[j] - coupling[j, k] * change
+    return new
 
 
 def load_inverse_mass(inverse_mass, row, locks):

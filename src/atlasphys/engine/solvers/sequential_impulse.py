@@ -32,6 +32,7 @@ from atlasphys.engine.solvers.common import (
 )
 from atlasphys.engine.solvers.integrate import integrate_positions, integrate_velocities, place_origins
 from atlasphys.engine.solvers.projection import project_positions
+from atlasphys.engine.solvers.sweep_trace import MOST_TRACED, note_sweep, sweeps
 from atlasphys.engine.state.manifolds import (
     DEPTH,
     FRICTION,
@@ -400,9 +401,12 @@ def store_impulses(manifolds, count, frames, points):
 @kernel
 def solve(
     bodies, body_count, colliders, manifolds, count, pairs, frames, points, blocks, excess, change, displacement, spin_change,
-    gravity, h, ratio, iterations, position_iterations, bias, position_rate, threshold, finest, tolerances,
+    gravity, h, ratio, iterations, position_iterations, bias, position_rate, threshold, finest, tolerances, motions, impulses,
 ):  # fmt: skip
-    """One step of length h for all bodies: velocities, then positions."""
+    """One step of length h for all bodies: velocities, then positions. Returns the number of sweeps.
+
+    ``motions`` and ``impulses`` take notes of the sweeps as far as they have room: none, unless a trace is asked for.
+    """
     motion, inverse_mass = bodies.motion, bodies.inverse_mass
     for i in range(count):
         pairs[i, BODY_A], pairs[i, BODY_B] = colliders.body[manifolds.a[i]], colliders.body[manifolds.b[i]]
@@ -412,9 +416,15 @@ def solve(
         motion, pairs, manifolds, count, points, h, bias, tolerances.slop, tolerances.max_correction, threshold, finest
     )
     warm_start(motion, inverse_mass, pairs, manifolds, count, frames, points)
+    if len(motions) > 0:
+        note_sweep(motions, impulses, 0, motion, body_count, manifolds, count, points, FRICTION_1)
+    made = 0
     for s in range(BOUNCE_SWEEPS * iterations):
         error = sweep(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks, excess, change)
-        if s + 1 >= iterations and error <= 1:
+        made = s + 1
+        if made < len(motions):
+            note_sweep(motions, impulses, made, motion, body_count, manifolds, count, points, FRICTION_1)
+        if made >= iterations and error <= 1:
             break
     store_impulses(manifolds, count, frames, points)
     integrate_positions(bodies, body_count, h)
@@ -423,6 +433,7 @@ def solve(
         position_iterations, position_rate, tolerances.slop, tolerances.max_correction,
     )  # fmt: skip
     place_origins(bodies, body_count)
+    return made
 
 
 def advance(state: State, settings: SequentialImpulse, h: float) -> None:
@@ -436,7 +447,10 @@ def advance(state: State, settings: SequentialImpulse, h: float) -> None:
     blocks = np.empty((capacity, 16), state.real)
     excess, change = np.empty((2, 4), state.real)
     pairs = np.empty((capacity, 2), np.int32)
-    solve(
+    noted = 0 if state.trace is None else min(BOUNCE_SWEEPS * settings.iterations, MOST_TRACED) + 1
+    motions = np.empty((noted, state.count, 6), state.real)
+    impulses = np.empty((noted, 4 * capacity, 3), state.real)
+    made = solve(
         state.bodies, state.count, state.colliders, state.next_manifolds, state.next_count,
         pairs, frames, points, blocks, excess, change, state.displacement, state.spin_change,
         tuple(real(g) for g in environment.gravity),
@@ -449,4 +463,11 @@ def advance(state: State, settings: SequentialImpulse, h: float) -> None:
         real(environment.restitution_threshold),
         real(FINEST[state.real.char]),
         state.tolerances,
+        motions,
+        impulses,
     )  # fmt: skip
+    if state.trace is not None:
+        noted = min(made + 1, noted)
+        state.trace += sweeps(
+            state, motions[:noted], impulses[:noted], pairs, points[:, NORMAL_MASS], points[:, TARGET]
+        )

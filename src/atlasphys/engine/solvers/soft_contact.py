@@ -1,6 +1,6 @@
 """What ``soft_step`` does with a block of eight manifolds: prepare, warm start, solve, bounce, store. Bodies over lanes."""
 
-from atlasphys.engine.simd import full, gather, load, maximum, minimum, scatter, select, simd_kernel, store, vec
+from atlasphys.engine.simd import beside, full, gather, load, maximum, minimum, scatter, select, simd_kernel, store, vec
 from atlasphys.engine.solvers.contact_block import (
     CENTROID,
     COEFFICIENT,
@@ -22,6 +22,7 @@ from atlasphys.engine.solvers.contact_block import (
     load_inverse_mass,
     load_vec,
     reciprocal,
+    share_load,
     solve_disk,
     store_vec,
     weighted,
@@ -86,10 +87,17 @@ def prepare(points, locks, block, integers, blocks, manifolds, inverse_mass, rat
         store(blocks, block, fields.gap + k, select(valid[k], -table[column + DEPTH], FAR))
         store(blocks, block, fields.impulse + k, select(valid[k], table[column + NORMAL_IMPULSE] * ratio, 0))
         store(blocks, block, fields.total + k, zero)
+    matrix = {}
     for j in range(points):
         for k in range(j, points):
             entry = along + vec.dot(c[j], turn_b[k]) + vec.dot(vec.add(c[j], lever), turn_a[k])
-            store(blocks, block, fields.entry(j, k), select(valid[j] & valid[k], entry, one if j == k else zero))
+            matrix[j, k] = matrix[k, j] = select(valid[j] & valid[k], entry, one if j == k else zero)
+    for j in range(points):
+        inverse = 1 / matrix[j, j]
+        store(blocks, block, fields.inverse + j, inverse)
+        for k in range(points):
+            if j != k:
+                store(blocks, block, fields.coupling(j, k), matrix[j, k] * inverse)
 
     t1, t2 = vec.tangents(n)
     k11 = vec.dot(t1, weighted(m_a, t1)) + vec.dot(t1, weighted(m_b, t1))
@@ -225,8 +233,9 @@ class Pair:
 
 
 @simd_kernel
-def warm_start(points, locks, block, integers, blocks, motion, inverse_mass):
-    """Apply the impulses that the last substep ended with."""
+def warm_start(points, locks, block, other, integers, blocks, motion, inverse_mass):
+    """Apply the impulses that the last substep ended with, in two blocks of a colour, or twice the same."""
+    block = beside(block, other)
     pair = Pair(points, locks, block, integers, blocks, motion, inverse_mass)
     fields = pair.fields
     pair.press([load(blocks, block, fields.impulse + k) for k in range(points)])
@@ -238,45 +247,32 @@ def warm_start(points, locks, block, integers, blocks, motion, inverse_mass):
 
 
 @simd_kernel
-def solve(points, locks, relax, block, integers, blocks, motion, inverse_mass, soft):
-    """One visit: normal impulses, then friction within what they allow. (Friction in the relax pass alone would save an eighth of the step, but lets
+def solve(points, locks, relax, block, other, integers, blocks, motion, inverse_mass, soft):
+    """One visit of two blocks of a colour, or twice the same: normal impulses, then friction within what they allow. (Friction in the relax
+    pass alone would save an eighth of the step, but lets
     frictional piles gain energy: 1e-5 in a step of case 28.)
 
-    ``soft``: inverse substep length [1/s]; rate, mass scale and impulse scale of contacts between dynamic bodies; the same of those with
-    others; greatest speed at which overlap is pushed out [m/s]. In the ``relax`` pass contacts are rigid and do not push out, which takes back
+    ``soft``: inverse substep length [1/s]; rate and mass scale of contacts between dynamic bodies; the same of those with others; greatest speed
+    at which overlap is pushed out [m/s]. In the ``relax`` pass contacts are rigid and do not push out, which takes back
     the speed that pushing gave; the impulses of the substep are final then and added to the totals.
     """
+    block = beside(block, other)
     pair = Pair(points, locks, block, integers, blocks, motion, inverse_mass)
     fields = pair.fields
-    inverse_h, rate, mass_scale, impulse_scale, stiff_rate, stiff_mass_scale, stiff_impulse_scale, fastest = soft
+    inverse_h, rate, mass_scale, stiff_rate, stiff_mass_scale, fastest = soft
     stiff = pair.share != 0.5
     rate, mass_scale = select(stiff, stiff_rate, rate), select(stiff, stiff_mass_scale, mass_scale)
-    impulse_scale = select(stiff, stiff_impulse_scale, impulse_scale)
 
-    excess, weight, keep = pair.normal_velocities(), [], []
+    speeds, gaps, wanted, scales = pair.normal_velocities(), pair.gaps(blocks), [], []
     old = [load(blocks, block, fields.impulse + k) for k in range(points)]
-    gaps = pair.gaps(blocks)
     for k in range(points):
-        inverse = 1 / load(blocks, block, fields.entry(k, k))
         apart = gaps[k] > 0
-        if relax:
-            excess[k] = excess[k] + select(apart, gaps[k] * inverse_h, 0)
-            weight.append(inverse)
-        else:
-            excess[k] = excess[k] + select(apart, gaps[k] * inverse_h, maximum(rate * gaps[k], -fastest))
-            weight.append(select(apart, inverse, mass_scale * inverse))
-            keep.append(select(apart, 1, 1 - impulse_scale))
-    new = list(old)
-    sweeps = INNER_SWEEPS if points > 1 else 1
-    for sweep in range(sweeps):
-        for k in range(points):
-            kept = new[k] if relax else new[k] * keep[k]
-            pressed = maximum(kept - weight[k] * excess[k], 0)
-            change = pressed - new[k]
-            new[k] = pressed
-            for j in range(points):
-                if sweep < sweeps - 1 or j > k:
-                    excess[j] = excess[j] + load(blocks, block, fields.entry(j, k)) * change
+        bias = select(apart, gaps[k] * inverse_h, 0 if relax else maximum(rate * gaps[k], -fastest))
+        wanted.append(old[k] - load(blocks, block, fields.inverse + k) * (speeds[k] + bias))
+        if not relax:
+            scales.append(select(apart, 1, mass_scale))
+            wanted[k] = wanted[k] * scales[k]
+    new = share_load(fields, blocks, block, old, wanted, None if relax else scales, INNER_SWEEPS if points > 1 else 1)
     pair.press([new[k] - old[k] for k in range(points)])
     load_total = sum(new[1:], new[0])
     for k in range(points):

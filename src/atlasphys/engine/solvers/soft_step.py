@@ -71,9 +71,9 @@ class SoftStep:
                 raise invalid(name, "True or False", getattr(self, name))
 
 
-def softness(frequency: float, damping: float, h: float) -> tuple[float, float, float]:
-    """Rate [1/s], mass scale and impulse scale of a soft contact integrated implicitly with step h (Catto 2011)."""
+def softness(frequency: float, damping: float, h: float) -> tuple[float, float]:
+    """Rate [1/s] and mass scale of a soft contact integrated implicitly with step h (Catto 2011); the impulse scale is 1 minus the latter."""
     omega = 2 * math.pi * frequency
     a = 2 * damping + h * omega
     b = h * omega * a
-    return omega / a, b / (1 + b), 1 / (1 + b)
+    return omega / a, b / (1 + b)

@@ -30,6 +30,7 @@ POINT_COLUMNS = 8
 # Columns of a point in ``local``; point k begins at POINT_COLUMNS · k.
 LOCAL_A, LOCAL_B = 0, 3  # the point in the axes of a and of b, from the centre of mass [m]: by it points are matched
 COLLISION_DEPTH = 6  # overlap when the pair was last collided [m]
+PENALTY = 7  # stiffness that avbd gives the contact, times the square of the step [kg]; 0 for other solvers
 
 # Columns of ``reference``, which says how the pair lay when it was last collided.
 TURN_A, TURN_B = 0, 4  # orientations of a and b, quaternions

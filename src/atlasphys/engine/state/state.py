@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +22,14 @@ from atlasphys.engine.state.arrays import copy_rows, with_capacity
 from atlasphys.engine.state.bodies import AWAKE, CHANGED, DYNAMIC, Bodies, empty_bodies
 from atlasphys.engine.state.colliders import Colliders, empty_colliders
 from atlasphys.engine.state.contacts import Contacts, empty_contacts
-from atlasphys.engine.state.manifolds import IS_RECYCLABLE, PATCH_FRICTION, Manifolds, empty_manifolds
+from atlasphys.engine.state.manifolds import (
+    IS_RECYCLABLE,
+    PATCH_FRICTION,
+    PENALTY,
+    POINT_COLUMNS,
+    Manifolds,
+    empty_manifolds,
+)
 from atlasphys.engine.state.pose import refresh
 
 
@@ -86,6 +94,13 @@ def non_finite_rows(bodies, count, rows):
     return found
 
 
+@lru_cache(maxsize=64)
+def tolerances_of(environment: Environment, precision: str) -> Tolerances:
+    """Tolerances in a precision, given as NumPy's character for it."""
+    real = np.dtype(precision).type
+    return Tolerances(*(real(value) for value in tolerances(environment.length_unit)))
+
+
 class State:
     """Tables of bodies, colliders, shapes and manifolds, and the clock.
 
@@ -118,6 +133,8 @@ class State:
 
     def _make_buffers(self) -> None:
         """Buffers whose content does not outlive a step."""
+        self.trace: list[Any] | None = None
+        """Where a solver appends what it notes of its sweeps (``solvers/residuals.py``: Sweep); None: it takes no notes."""
         capacity = len(self.bodies.kind)
         self.remembered = copy_rows(self._to_remember())
         self.workspace: Any = None
@@ -134,8 +151,7 @@ class State:
     @property
     def tolerances(self) -> Tolerances:
         """Tolerances in this state's precision."""
-        real = self.real.type
-        return Tolerances(*(real(value) for value in tolerances(self.environment.length_unit)))
+        return tolerances_of(self.environment, self.real.char)
 
     # Rows ------------------------------------------------------------------------------------------------------------
 
@@ -174,11 +190,12 @@ class State:
         rest[rest == CHANGED] = 0
 
     def solver_changed(self) -> None:
-        """Another solver goes on from here: friction counts for each pair as a whole, which all solvers read."""
+        """Another solver goes on from here: friction counts for each pair as a whole, which all solvers read; penalties are forgotten."""
         for table in (self.manifolds, self.next_manifolds):
             together = table.contact[:, PATCH_FRICTION : PATCH_FRICTION + 3]
             together += table.friction_impulse.reshape(-1, 4, 3).sum(axis=1)
             table.friction_impulse[:] = 0
+            table.local[:, PENALTY::POINT_COLUMNS] = 0
         self.properties_changed()
 
     def wake(self, row: int | None = None) -> None:
@@ -307,6 +324,7 @@ class State:
 
     def __getstate__(self) -> dict[str, Any]:
         buffers = (
+            "trace",
             "row_buffer",
             "displacement",
             "spin_change",

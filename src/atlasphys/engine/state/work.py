@@ -19,7 +19,7 @@ PARITY = 2  # which of the two tables of manifolds is the present one
 OLD_ROWS = 3  # rows of the present table
 PAIRS = 4  # candidate pairs
 PAIRS_CHANGED = 5  # the candidate pairs are not those that the present table was made for
-GENERIC = 6  # pairs for the routines that Python calls
+GENERIC = 6  # pairs that no body over lanes collides
 BEGAN, ENDED = 7, 8  # contact events of the step
 BLOCKS_ONE, BLOCKS_MANY = 9, 10  # blocks that the step's contacts take
 FORCES = 11  # some body has a force to act in the next step
@@ -37,7 +37,18 @@ LIVE = 24  # manifolds with points between bodies of which one is active
 LEFT = 25  # some body has left its fat box
 WRONG = 26  # the last pass over bouncing contacts in which one was not solved for yet
 BROKEN = 27  # some number of the step is not finite
+COLOURED = 28  # colours of contacts up to the last that is in use
+SLOTS = 29  # slots for contact points that the pairs for other routines need
+EDGE_LIMIT = 30  # see dispatch.EDGE_LIMITS
 ENTRIES = 32
+
+# Entries of ``Work.calls``, after those of the routines for rarer pairs
+GENERIC_DATA = 3  # what these are called with
+DETECTION, RESPONSE = 4, 5  # see fused/
+CALLS = 6
+
+# Entries of ``Work.times``: the places in ``step.STAGES``. Pairs go from the narrow phase to manifolds in blocks, and are counted with it.
+BROADPHASE, NARROWPHASE, ISLANDS, SOLVER, FINISH = 0, 1, 3, 4, 6
 
 # Values of PHASE
 DETECT, TAKE_GENERIC, RESPOND = range(3)
@@ -70,9 +81,9 @@ class Lanes(NamedTuple):
     moved: npt.NDArray[np.floating]
     """(8, 8) see solvers/body_block.py."""
     queue: npt.NDArray[np.int32]
-    """(kinds + 1, 8) pairs of each kind that wait for a block to be full."""
+    """(at least kinds + 2, 8) pairs of each kind that wait for a block to be full; and those to be recycled, of several points and of one."""
     queued: npt.NDArray[np.int32]
-    """(at least kinds + 1,) how many wait."""
+    """(at least kinds + 2,) how many wait."""
 
 
 @by_address
@@ -118,7 +129,22 @@ class Work(NamedTuple):
     expiry_before: npt.NDArray[np.float64]
     """(P,) the same of the pairs of the last step, while PAIRS_CHANGED."""
     generic: npt.NDArray[np.int32]
-    """(P,) pairs for the routines that Python calls; until all pairs have been looked at, marks at those pairs."""
+    """(P,) pairs that no body over lanes collides; until all pairs have been looked at, marks at those pairs."""
+    generic_pairs: npt.NDArray[np.int32]
+    """(P, 2) their colliders."""
+    generic_routine: npt.NDArray[np.int8]
+    """(P,) numbers of their routines."""
+    generic_rows: npt.NDArray[np.intp]
+    """(P,) the entries of these lists, sorted by routine."""
+    generic_starts: npt.NDArray[np.int64]
+    """(routines + 1,) where those of each routine begin in ``generic_rows``."""
+    routines: npt.NDArray[np.int8]
+    """(kinds, kinds) routine for two kinds of shapes, see narrowphase/dispatch.py."""
+    calls: npt.NDArray[np.int64]
+    """(CALLS,) addresses of the three routines of narrowphase/addresses.py, 0: not known; of their arguments; and of the parts of
+    the step that are compiled apart."""
+    times: npt.NDArray[np.int64]
+    """Time spent in each stage in this call [ns]."""
     began: npt.NDArray[np.int32]
     """(P, 2) pairs that began to touch in this step."""
     ended: npt.NDArray[np.int32]
@@ -140,8 +166,8 @@ class Work(NamedTuple):
     rolls_one: npt.NDArray[np.floating]
     rolls_many: npt.NDArray[np.floating]
     """Rolling friction beside these blocks, see solvers/rolling_block.py; one block if no body has any."""
-    locked: npt.NDArray[np.int32] | None
-    """Rows of the bodies whose rotation is locked about some axis; None if no body has locks at all."""
+    locked: npt.NDArray[np.int32]
+    """Rows of the bodies whose rotation is locked about some axis."""
     plain: npt.NDArray[np.int32]
     """(blocks, 8) bodies that keep their angular velocity when free; the last one is repeated."""
     tumbling: npt.NDArray[np.int32]
@@ -166,7 +192,7 @@ def empty_lanes(threads: int, kinds: int, real: npt.DTypeLike) -> Lanes:
     def block(fields: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
         return aligned_zeros((threads, fields, LANES), dtype)
 
-    even = kinds + 2 & ~1  # at least kinds + 1
+    even = kinds + 3 & ~1  # at least kinds + 2
 
     return Lanes(
         integers=block(8, np.int32),

@@ -8,8 +8,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 import atlasphys as ap
-from atlasphys.validate.case import Case, G, MakeWorld, relative
+from atlasphys.validate.case import Case, Curve, G, MakeWorld, record, relative
+from atlasphys.world.body import Body
+from atlasphys.world.world import World
 
 DROP, RADIUS = 1.0, 0.25
 RESTITUTIONS = (0.5, 0.8, 1.0)
@@ -17,11 +21,16 @@ LOWEST_APEX = 0.02
 """Apexes are compared down to this height [m]."""
 
 
-def bounce(make_world: MakeWorld, restitution: float, seconds: float, dt: float) -> tuple[list[float], float]:
-    """Heights of the apexes, and the time of the last motion."""
+def dropped(make_world: MakeWorld, restitution: float) -> tuple[World, Body]:
+    """A ball at a height of DROP above the ground."""
     world = make_world(gravity=(0, -G, 0))
     world.add(ap.Plane(normal=(0, 1, 0)))
-    ball = world.add(ap.Sphere(radius=RADIUS), position=(0, RADIUS + DROP, 0), restitution=restitution)
+    return world, world.add(ap.Sphere(radius=RADIUS), position=(0, RADIUS + DROP, 0), restitution=restitution)
+
+
+def bounce(make_world: MakeWorld, restitution: float, seconds: float, dt: float) -> tuple[list[float], float]:
+    """Heights of the apexes, and the time of the last motion."""
+    world, ball = dropped(make_world, restitution)
     apexes, before, stopped = [], 0.0, 0.0
     while world.time < seconds:
         height = float(ball.position[1]) - RADIUS
@@ -50,6 +59,18 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
     return errors
 
 
+def curve(make_world: MakeWorld, dt: float) -> Curve:
+    """Height of the ball that keeps 0.8 of its speed, for five bounces."""
+    e, fall = 0.8, math.sqrt(2 * DROP / G)
+    bounces = fall + 2 * fall * np.cumsum([0, *(e**n for n in range(1, 6))])
+    world, ball = dropped(make_world, e)
+    times, heights = record(world, dt, bounces[-1], lambda: ball.position[1] - RADIUS)
+    flight = np.searchsorted(bounces, times, side="right")  # 0 is the fall
+    since = np.where(flight > 0, times - bounces[flight - 1], times + fall)
+    exact = since * (G * fall * e ** np.maximum(flight, 0) - 0.5 * G * since)
+    return Curve("height, e = 0.8 [m]", times, heights, exact)
+
+
 CASE = Case(
     number=5,
     name="bouncing ball",
@@ -57,4 +78,5 @@ CASE = Case(
     measure=measure,
     tolerances={"apexes": 0.01, "total time": 0.01},
     dt=1 / 1000,
+    curve=curve,
 )

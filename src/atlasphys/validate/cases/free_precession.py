@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 import atlasphys as ap
-from atlasphys.validate.case import Case, MakeWorld, relative
+from atlasphys.validate.case import Case, Curve, MakeWorld, relative
 from atlasphys.validate.cases.free_rotation import spin_freely
 
 SPIN_3, SPIN_1, SECONDS = 4.0, 0.8, 10.0
@@ -34,6 +34,16 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
     return errors
 
 
+def curve(make_world: MakeWorld, dt: float) -> Curve:
+    """The rod's spin across its axis."""
+    rod = BODIES["rod"]
+    i3 = 0.5 * rod.radius**2
+    i1 = 0.5 * i3 + rod.length**2 / 12
+    run = spin_freely(make_world, rod, np.array([i1, i3, i1]), (SPIN_1, SPIN_3, 0.0), SECONDS / 2, dt)
+    exact = SPIN_1 * np.cos((i3 - i1) * SPIN_3 / i1 * run.times)
+    return Curve("ω1 of the rod in its axes [rad/s]", run.times, run.body_spin[:, 0], exact)
+
+
 CASE = Case(
     number=11,
     name="free precession",
@@ -41,4 +51,5 @@ CASE = Case(
     measure=measure,
     tolerances={f"{error}, {name}": 1e-3 for error in ("precession rate", "spin about the axis") for name in BODIES},
     orders={f"precession rate, {name}": 2.0 for name in BODIES},
+    curve=curve,
 )

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 import atlasphys as ap
-from atlasphys.validate.case import Case, G, MakeWorld, relative, turned_about_z
+from atlasphys.validate.case import Case, Curve, G, MakeWorld, record, relative, turned_about_z
 from atlasphys.world.body import Body
 from atlasphys.world.world import World
 
@@ -57,10 +57,20 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
     return {"creep at 0.99 of the threshold [m]": creep, "acceleration at 1.01": acceleration, "path at 1.01": path}
 
 
+def curve(make_world: MakeWorld, dt: float) -> Curve:
+    """The path down the slope just beyond the threshold."""
+    friction, slope = FRICTIONS[0], 1.01 * FRICTIONS[0]
+    world, block = block_on_incline(make_world, slope, friction, (1, 0.2, 1))
+    start = block.position
+    times, paths = record(world, dt, SECONDS, lambda: float(np.linalg.norm(block.position - start)))
+    return Curve("path [m]", times, paths, 0.5 * G * (slope - friction) / math.sqrt(1 + slope * slope) * times**2)
+
+
 CASE = Case(
     number=2,
     name="block on an incline",
     law="holds if tan θ ≤ μ, else a = g (sin θ − μ cos θ)",
     measure=measure,
     tolerances={"creep at 0.99 of the threshold [m]": 1e-3, "acceleration at 1.01": 0.01, "path at 1.01": 0.01},
+    curve=curve,
 )

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 import atlasphys as ap
-from atlasphys.validate.case import Case, MakeWorld, relative
+from atlasphys.validate.case import Case, Curve, MakeWorld, relative
 from atlasphys.validate.cases.free_rotation import drift, spin_freely
 
 SIZE = (1.0, 0.4, 0.1)
@@ -75,6 +75,12 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
     }
 
 
+def curve(make_world: MakeWorld, dt: float) -> Curve:
+    """Spin about the middle axis for a quarter of a minute."""
+    run = spin_freely(make_world, ap.Box(size=SIZE), MOMENTS, SPIN, SECONDS / 4, dt)
+    return Curve("ω2 in the body's axes [rad/s]", run.times, run.body_spin[:, 1], solution(run.times)[0][:, 1])
+
+
 CASE = Case(
     number=10,
     name="spin about the middle axis",
@@ -83,4 +89,5 @@ CASE = Case(
     tolerances={"energy": 1e-6, "angular momentum": 1e-6, "period": 1e-3, "ω(t), first period": 0.01},
     orders={"period": 2.0, "ω(t), first period": 2.0},
     precision="double",
+    curve=curve,
 )

@@ -7,7 +7,7 @@ Euler moves with the velocity at the end of each step, so its d is short by ½ v
 from __future__ import annotations
 
 import atlasphys as ap
-from atlasphys.validate.case import Case, G, MakeWorld, relative
+from atlasphys.validate.case import Case, Curve, G, MakeWorld, record, relative
 from atlasphys.world.body import Body
 from atlasphys.world.world import World
 
@@ -39,6 +39,14 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
     return {"distance": relative(block.position[0], STOPPING_DISTANCE), "time": late / STOPPING_TIME}
 
 
+def curve(make_world: MakeWorld, dt: float) -> Curve:
+    """The way until half a second after the stop."""
+    world, block = sliding_block(make_world, 1, 0)
+    times, ways = record(world, dt, STOPPING_TIME + 0.5, lambda: block.position[0])
+    sliding = times.clip(max=STOPPING_TIME)
+    return Curve("distance [m]", times, ways, SPEED * sliding - 0.5 * FRICTION * G * sliding**2)
+
+
 CASE = Case(
     number=3,
     name="sliding block",
@@ -46,4 +54,5 @@ CASE = Case(
     measure=measure,
     tolerances={"distance": 0.01, "time": 0.01},
     orders={"distance": 1.0},
+    curve=curve,
 )

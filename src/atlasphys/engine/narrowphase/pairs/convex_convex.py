@@ -4,6 +4,7 @@ import numpy as np
 
 from atlasphys.engine.jit import allocating_kernel, routine
 from atlasphys.engine.math import vec
+from atlasphys.engine.narrowphase.apart import certain_gap
 from atlasphys.engine.narrowphase.clip import FACE_PREFERENCE, clip_scratch, write_contact
 from atlasphys.engine.narrowphase.epa import epa, polytope_scratch
 from atlasphys.engine.narrowphase.gjk import SEPARATED, gjk
@@ -48,6 +49,6 @@ def convex_convex(rows, bodies, colliders, shapes, margin, contacts):
         limit = margin + rounding(shapes, pair[0]) + rounding(shapes, pair[1])
         normal, distance, on_a, on_b = core_contact(shapes, pair, limit + real(CLEAR) * margin, simplex, polytope)
         if distance >= limit:
-            contacts.gap[p] = distance - limit
+            contacts.gap[p] = certain_gap(distance - limit, shapes, pair)
         else:
             write_contact(shapes, contacts, target, pair, normal, distance, on_a, on_b, bias, margin, scratch)

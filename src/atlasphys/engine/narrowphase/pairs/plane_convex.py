@@ -15,6 +15,7 @@ import numpy as np
 
 from atlasphys.engine.jit import allocating_kernel, routine
 from atlasphys.engine.math import mat, vec
+from atlasphys.engine.narrowphase.apart import certain_gap
 from atlasphys.engine.narrowphase.pair import place, write_normal
 from atlasphys.engine.shapes.feature import supporting_feature
 from atlasphys.engine.shapes.support import rounding, support
@@ -33,7 +34,7 @@ def _write_low_point(contacts, target, height, margin, n, center, far_center, ra
     """Add the point of a core ``point`` (as seen from the shape's origin) if its surface is low enough."""
     real = type(height)
     distance = height + vec.dot(n, point) - radius
-    contacts.gap[target[0]] = max(min(contacts.gap[target[0]], distance - margin), real(0))
+    contacts.gap[target[0]] = min(contacts.gap[target[0]], distance - margin)
     if distance < margin:
         middle = vec.add_scaled(point, n, real(-0.5) * distance - radius)
         p, swapped, _, _ = target
@@ -99,3 +100,4 @@ def plane_convex(rows, bodies, colliders, shapes, margin, contacts):
             if count == RIM_POINTS and max(abs(down[0]), abs(down[2])) > LEVEL:
                 point = mat.mul_vec(rotation, support(shapes, row, down))
                 _write_low_point(contacts, target, height, margin, n, center, far_center, radius, point, LOWEST)
+        contacts.gap[p] = certain_gap(contacts.gap[p], shapes, pair)

@@ -1,0 +1,29 @@
+"""Numbers of a run of the fused step."""
+
+from typing import NamedTuple
+
+from atlasphys.engine.simd.by_address import by_address
+
+
+@by_address
+class Constants(NamedTuple):
+    """Numbers of a run, in the world's precision."""
+
+    h: float
+    """Length of a substep [s]."""
+    substeps: int
+    slow: float
+    """Speed below which a body counts as at rest [m/s]."""
+    gravity: tuple[float, float, float]
+    ratio: float
+    """Factor on last step's impulses."""
+    soft: tuple[float, float, float, float, float, float]
+    """See solvers/soft_contact.py."""
+    bounce: tuple[float, float, float, float, float]
+    """See solvers/bounce_block.py."""
+    recycling: tuple[float, float, float, float, float]
+    """See manifold/recycle.py."""
+    margin: float
+    match_distance: float
+    friction_rule: int
+    restitution_rule: int

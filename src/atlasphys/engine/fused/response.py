@@ -1,0 +1,352 @@
+"""The solver stage of the fused step: passes over contacts, colour by colour, and over bodies, in substeps. Each member of a team does its share."""
+
+from atlasphys.engine.islands.colour import COLOURS
+from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.simd import LANES
+from atlasphys.engine.simd.address import address_call
+from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
+from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
+from atlasphys.engine.solvers.locked import follow_turn
+from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
+from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
+from atlasphys.engine.state.blocks import COUNT, MANIFOLD, ROLLS
+from atlasphys.engine.state.manifolds import RESTITUTION, ROLLING, TORSIONAL
+from atlasphys.engine.state.work import (
+    BOUNCES,
+    BROKEN,
+    COLOURED,
+    PARITY,
+    PLAIN,
+    TUMBLING,
+    WRONG,
+    lanes_of,
+)
+from atlasphys.engine.team import meet, member_of, share
+
+FEW_BLOCKS = 8
+"""Below so many blocks, a colour is done by one thread."""
+
+
+@routine
+def size_of_colour(colour, starts):
+    """Blocks of a colour, of both classes."""
+    return starts[0, colour + 1] - starts[0, colour] + starts[1, colour + 1] - starts[1, colour]
+
+
+@routine
+def is_leaders(colour, starts):
+    """Whether all blocks of a colour are the leader's: few are not worth a meeting, and those of the last colour have bodies in common."""
+    return colour == COLOURS or size_of_colour(colour, starts) < FEW_BLOCKS
+
+
+@routine
+def share_of_colour(points, colour, starts, member):
+    """A member's blocks of a class and colour: the first and the one past the last."""
+    first, stop = starts[points, colour], starts[points, colour + 1]
+    if is_leaders(colour, starts):
+        return first, stop if member.rank == 0 else first
+    return share(first, stop, member)
+
+
+@routine
+def meet_after(colour, starts, member):
+    """Wait for the others, unless there was nothing to do, or the leader did this colour and does the next."""
+    if size_of_colour(colour, starts) > 0:
+        goes_on = colour < COLOURS and size_of_colour(colour + 1, starts) > 0 and is_leaders(colour + 1, starts)
+        if not (goes_on and is_leaders(colour, starts)):
+            meet(member)
+
+
+@routine
+def prepare_contacts(bodies, locked, constants, new, work, member):
+    """Write the blocks of all contacts. BOUNCES says whether one of them has restitution."""
+    inverse_mass, ratio, bounces = bodies.inverse_mass, constants.ratio, False
+    first, stop = share(0, work.starts[1, COLOURS + 1], member)
+    for block in range(first, stop):
+        if prepare(4, locked, block, work.integers_many, work.blocks_many, new, inverse_mass, ratio):
+            bounces = note_materials(4, block, work.integers_many, work.rolls_many, new) or bounces
+            if work.integers_many[block, ROLLS, 0]:
+                prepare_rolling(
+                    block, work.integers_many, work.blocks_many, work.rolls_many, new, inverse_mass, ratio
+                )  # fmt: skip
+    first, stop = share(0, work.starts[0, COLOURS + 1], member)
+    for block in range(first, stop):
+        if prepare(1, locked, block, work.integers_one, work.blocks_one, new, inverse_mass, ratio):
+            bounces = note_materials(1, block, work.integers_one, work.rolls_one, new) or bounces
+            if work.integers_one[block, ROLLS, 0]:
+                prepare_rolling(block, work.integers_one, work.blocks_one, work.rolls_one, new, inverse_mass, ratio)
+    if bounces:
+        work.status[BOUNCES] = 1
+
+
+@routine
+def note_materials(points, block, integers, rolls, new):
+    """Note in a block whether it has rolling friction. Returns whether it has restitution."""
+    bounces = False
+    for lane in range(LANES):
+        if integers[block, COUNT, lane] > 0:
+            i = integers[block, MANIFOLD, lane]
+            bounces = bounces or new.contact[i, RESTITUTION] > 0
+            if new.contact[i, ROLLING] > 0 or (points == 1 and new.contact[i, TORSIONAL] > 0):
+                integers[block, ROLLS, 0] = 1 if block < len(rolls) else 0
+    return bounces
+
+
+@routine
+def aim_contacts(bodies, locked, constants, new, work, member):
+    """Work out what restitution asks for. WRONG becomes 0 if it acts in this step."""
+    motion, inverse_mass, drives, acts = bodies.motion, bodies.inverse_mass, bodies.drive, False
+    first, stop = share(0, work.starts[1, COLOURS + 1], member)
+    for block in range(first, stop):
+        if aim(
+            4,
+            locked,
+            block,
+            work.integers_many,
+            work.blocks_many,
+            motion,
+            inverse_mass,
+            drives,
+            new,
+            constants.bounce,
+        ):
+            acts = True
+    first, stop = share(0, work.starts[0, COLOURS + 1], member)
+    for block in range(first, stop):
+        if aim(
+            1,
+            locked,
+            block,
+            work.integers_one,
+            work.blocks_one,
+            motion,
+            inverse_mass,
+            drives,
+            new,
+            constants.bounce,
+        ):
+            acts = True
+    if acts:
+        work.status[WRONG] = 0
+
+
+@routine
+def strike_contacts(number, locked, motion, inverse_mass, ease, work, member):
+    """Pass ``number`` over all contacts, colour by colour. WRONG becomes that number if a bounce was not solved for yet."""
+    starts = work.starts
+    for colour in range(work.status[COLOURED]):
+        first, stop = share_of_colour(1, colour, starts, member)
+        for block in range(first, stop):
+            if strike(4, locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, ease):
+                work.status[WRONG] = number
+        first, stop = share_of_colour(0, colour, starts, member)
+        for block in range(first, stop):
+            if strike(1, locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, ease):
+                work.status[WRONG] = number
+        meet_after(colour, starts, member)
+
+
+@routine
+def bounce_contacts(bodies, locked, constants, new, work, member):
+    """Resolve the impacts of contacts with restitution."""
+    motion, inverse_mass = bodies.motion, bodies.inverse_mass
+    real = motion.dtype.type
+    aim_contacts(bodies, locked, constants, new, work, member)
+    meet(member)
+    for visit in range(MOST_STRIKES):
+        if work.status[WRONG] < visit:  # not !=: another member may already be in the next pass
+            break
+        ease = real(1) if visit < EASED else real(EASE)
+        strike_contacts(visit + 1, locked, motion, inverse_mass, ease, work, member)
+    first, stop = share(0, work.starts[1, COLOURS + 1], member)
+    for block in range(first, stop):
+        depart(4, locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, new, constants.ratio)
+    first, stop = share(0, work.starts[0, COLOURS + 1], member)
+    for block in range(first, stop):
+        depart(1, locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, new, constants.ratio)
+    meet(member)
+
+
+@routine
+def beside(block, colour, stop):
+    """The block that is worked on together with ``block``: the next, or itself if there is none, or the two may have bodies in common."""
+    return block + 1 if colour < COLOURS and block + 1 < stop else block
+
+
+@routine
+def start_contacts(locked, motion, inverse_mass, work, member):
+    """Apply the impulses that the last substep ended with."""
+    starts = work.starts
+    for colour in range(work.status[COLOURED]):
+        first, stop = share_of_colour(1, colour, starts, member)
+        block = first
+        while block < stop:
+            other = beside(block, colour, stop)
+            warm_start(4, locked, block, other, work.integers_many, work.blocks_many, motion, inverse_mass)
+            block = other + 1
+        for block in range(first, stop):
+            if work.integers_many[block, ROLLS, 0]:
+                start_rolling(
+                    4, block, work.integers_many, work.blocks_many, work.rolls_many, motion, inverse_mass
+                )  # fmt: skip
+        first, stop = share_of_colour(0, colour, starts, member)
+        block = first
+        while block < stop:
+            other = beside(block, colour, stop)
+            warm_start(1, locked, block, other, work.integers_one, work.blocks_one, motion, inverse_mass)
+            block = other + 1
+        for block in range(first, stop):
+            if work.integers_one[block, ROLLS, 0]:
+                start_rolling(1, block, work.integers_one, work.blocks_one, work.rolls_one, motion, inverse_mass)
+        meet_after(colour, starts, member)
+
+
+@routine
+def solve_contacts(relax, locked, motion, inverse_mass, soft, work, member):
+    """One pass over all contacts, colour by colour."""
+    starts = work.starts
+    counts = soft[0] - soft[0] + (1 if relax else 0)
+    for colour in range(work.status[COLOURED]):
+        first, stop = share_of_colour(1, colour, starts, member)
+        block = first
+        while block < stop:
+            other = beside(block, colour, stop)
+            if relax:
+                solve(4, locked, 1, block, other, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+            else:
+                solve(4, locked, 0, block, other, work.integers_many, work.blocks_many, motion, inverse_mass, soft)
+            block = other + 1
+        for block in range(first, stop):
+            if work.integers_many[block, ROLLS, 0]:
+                solve_rolling(
+                    4, block, work.integers_many, work.blocks_many, work.rolls_many, motion, inverse_mass, counts
+                )  # fmt: skip
+        first, stop = share_of_colour(0, colour, starts, member)
+        block = first
+        while block < stop:
+            other = beside(block, colour, stop)
+            if relax:
+                solve(1, locked, 1, block, other, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+            else:
+                solve(1, locked, 0, block, other, work.integers_one, work.blocks_one, motion, inverse_mass, soft)
+            block = other + 1
+        for block in range(first, stop):
+            if work.integers_one[block, ROLLS, 0]:
+                solve_rolling(
+                    1, block, work.integers_one, work.blocks_one, work.rolls_one, motion, inverse_mass, counts
+                )  # fmt: skip
+        meet_after(colour, starts, member)
+
+
+@routine
+def store_contacts(new, work, member):
+    """Write the impulses to the manifolds."""
+    first, stop = share(0, work.starts[1, COLOURS + 1], member)
+    for block in range(first, stop):
+        store_impulses(4, block, work.integers_many, work.blocks_many, new)
+        if work.integers_many[block, ROLLS, 0]:
+            store_rolling(block, work.integers_many, work.blocks_many, work.rolls_many, new)
+    first, stop = share(0, work.starts[0, COLOURS + 1], member)
+    for block in range(first, stop):
+        store_impulses(1, block, work.integers_one, work.blocks_one, new)
+        if work.integers_one[block, ROLLS, 0]:
+            store_rolling(block, work.integers_one, work.blocks_one, work.rolls_one, new)
+
+
+@routine
+def respond(bodies, locked, constants, new, work, member):
+    """The solver stage: impulses and motion in all substeps. Each member does its share of every loop."""
+    motion, geometry, inverse_mass, h = bodies.motion, bodies.geometry, bodies.inverse_mass, constants.h
+    status = work.status
+    plain, tumbling = work.plain, work.tumbling
+    for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
+        first, stop = share(0, blocks, member)
+        for block in range(first, stop):
+            drive(
+                locked, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, bodies.drive,
+                constants.gravity, h,
+            )  # fmt: skip
+    prepare_contacts(bodies, locked, constants, new, work, member)
+    meet(member)
+    if status[BOUNCES]:
+        bounce_contacts(bodies, locked, constants, new, work, member)
+    for _ in range(constants.substeps):
+        for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
+            first, stop = share(0, blocks, member)
+            for block in range(first, stop):
+                gain_speed(block, rows, motion, bodies.drive)
+        meet(member)
+        start_contacts(locked, motion, inverse_mass, work, member)
+        solve_contacts(False, locked, motion, inverse_mass, constants.soft, work, member)
+        first, stop = share(0, status[PLAIN], member)
+        for block in range(first, stop):
+            move(block, plain, motion, geometry, h)
+        first, stop = share(0, status[TUMBLING], member)
+        for block in range(first, stop):
+            tumble(block, tumbling, motion, geometry, bodies.mass, bodies.frame, inverse_mass, h)
+        meet(member)
+        if locked is not None:
+            if member.rank == 0:
+                follow_turn(locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
+            meet(member)
+        solve_contacts(True, locked, motion, inverse_mass, constants.soft, work, member)
+    store_contacts(new, work, member)
+
+
+@routine
+def settle_bodies(bodies, work, lanes, member):
+    """Poses at the end of the step. BROKEN says whether one is not finite."""
+    status = work.status
+    moved = lanes.moved
+    finite = True
+    for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
+        first, stop = share(0, blocks, member)
+        for block in range(first, stop):
+            finite = settle(block, rows, bodies.motion, bodies.geometry, bodies.frame, moved) and finite
+            for lane in range(LANES):
+                i = rows[block, lane]
+                if lane > 0 and i == rows[block, lane - 1]:
+                    break
+                for k in range(3):
+                    bodies.position[i, k] = bodies.center[i, k] + moved[k, lane] - moved[3 + k, lane]
+                    bodies.center[i, k] = bodies.position[i, k] + moved[3 + k, lane]  # as ``refresh`` computes it
+                for k in range(4):
+                    bodies.orientation[i, k] = bodies.geometry[i, 12 + k]
+    if not finite:
+        status[BROKEN] = 1
+
+
+@routine
+def take_part(arguments, rank, size, locked):
+    """Do a thread's share of the response. ``locked`` are the rows of the bodies whose rotation is locked about some axis; None if no body
+    has any locks, not even of its translation."""
+    bodies, _, _, table_0, table_1, _, _, constants, work, sync = arguments
+    lanes, member = lanes_of(work.lanes, rank), member_of(sync, rank, size)
+    respond(bodies, locked, constants, table_1 if work.status[PARITY] == 0 else table_0, work, member)
+    settle_bodies(bodies, work, lanes, member)
+
+
+@routine
+def response_part(arguments, task, rank, size):
+    """The response of bodies without locks."""
+    take_part(arguments, rank, size, None)
+
+
+@routine
+def response_part_with_locks(arguments, task, rank, size):
+    """The response if some body has locks."""
+    take_part(arguments, rank, size, arguments[8].locked)
+
+
+@kernel
+def response_address(bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync):
+    """Address of the code of ``response_part`` for arguments of these types."""
+    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
+    return address_call(response_part, arguments)[0]
+
+
+@kernel
+def response_address_with_locks(bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync):
+    """Address of the code of ``response_part_with_locks``."""
+    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
+    return address_call(response_part_with_locks, arguments)[0]

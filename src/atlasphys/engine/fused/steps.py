@@ -1,0 +1,295 @@
+"""The step of the default world, its stages fused in one compiled call.
+
+``run_steps`` makes as many steps as it is asked for without returning to Python, unless a stage needs something that only Python can give: other
+candidate pairs, routines for pairs of rarer shapes, or more memory. It then says so, and is called again to go on where it stopped.
+The stages are those of ``step.py``, in the same order; their algorithms are in the folders that bear their names.
+"""
+
+from atlasphys.engine.broadphase.fat_boxes import has_left
+from atlasphys.engine.fused.detection import (
+    begin_detection,
+    collide_generic,
+    lay_out_generic,
+    list_generic,
+    no_call,
+    take_generic,
+)
+from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
+from atlasphys.engine.islands.sleep import list_active, list_awake, note_rest, put_to_sleep, wake_touched
+from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.narrowphase.apart import add_travel
+from atlasphys.engine.simd import LANES
+from atlasphys.engine.simd.address import address_call
+from atlasphys.engine.simd.atomic import now
+from atlasphys.engine.state.manifolds import DEPTH, POINT_COLUMNS
+from atlasphys.engine.state.pose import refresh
+from atlasphys.engine.state.work import (
+    BEGAN,
+    BLOCKS_MANY,
+    BLOCKS_ONE,
+    BOUNCES,
+    BROADPHASE,
+    BROKEN,
+    CHECKED,
+    COLOURED,
+    DETECT,
+    DETECTION,
+    DIVERGED,
+    DONE,
+    ENDED,
+    FINISH,
+    FINISHED,
+    FORCES,
+    GENERIC,
+    GENERIC_DATA,
+    ISLANDS,
+    KEEPS,
+    KINEMATIC_BODIES,
+    LEFT,
+    LIVE,
+    NARROWPHASE,
+    NEED_BLOCKS,
+    NEED_GENERIC,
+    NEED_PAIRS,
+    OLD_ROWS,
+    PAIRS,
+    PAIRS_CHANGED,
+    PARITY,
+    PHASE,
+    PLAIN,
+    RESPOND,
+    RESPONSE,
+    SLEEPERS_CHANGED,
+    SLEEPS,
+    SLEPT,
+    SOLVER,
+    STEP,
+    TAKE_GENERIC,
+    TUMBLING,
+    WOKEN,
+    WRONG,
+    lanes_of,
+)
+from atlasphys.engine.team import CODE, DATA, do_task, member_of, share
+
+# Tasks of a team (team.py)
+LOOK, COLLIDE, COLLIDE_GENERIC, ADVANCE, REMEMBER = range(1, 6)
+
+# Least work that a thread is asked to help with: blocks of bodies, pairs, blocks of contacts.
+BODIES_EACH, PAIRS_EACH, GENERIC_EACH, CONTACTS_EACH = 64, 256, 8, 64
+
+
+@routine
+def list_bodies(bodies, count, work):
+    """List the bodies that are to be moved, and those that may disturb others."""
+    status = work.status
+    list_active(bodies.kind, bodies.island, bodies.rest, bodies.motion, count, work.active)
+    status[PLAIN], status[TUMBLING] = list_awake(
+        bodies.kind, bodies.island, bodies.frame, count, work.plain, work.tumbling
+    )
+
+
+@routine
+def list_live(count, rows, pair_bodies, active, live):
+    """List the manifolds that have points and an active body; return how many."""
+    number = 0
+    for i in range(rows):
+        if count[i] > 0:
+            block, lane = i // LANES, i % LANES
+            if active[pair_bodies[block, 0, lane]] or active[pair_bodies[block, 1, lane]]:
+                live[number] = i
+                number += 1
+    return number
+
+
+@routine
+def rest(bodies, colliders, count, constants, new, work):
+    """Which bodies are at rest, and which of them fall asleep."""
+    status = work.status
+    if status[SLEEPS]:
+        for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
+            note_rest(
+                rows, blocks, bodies.kind, bodies.motion, bodies.response, work.radius, constants.slow,
+                constants.h * constants.substeps, bodies.rest,
+            )  # fmt: skip
+        status[SLEPT] = put_to_sleep(
+            new.a, new.b, work.live, status[LIVE], colliders.body, bodies.kind, bodies.island, bodies.rest, bodies.motion,
+            work.active, count, work.parent, work.ready,
+        )  # fmt: skip
+        if status[SLEPT]:
+            status[SLEEPERS_CHANGED] = 1
+
+
+@routine
+def remember(bodies, remembered, work, member):
+    """What follows from the new poses; and the state to which a later step that fails goes back."""
+    status = work.status
+    # What follows from the pose is worked out in one way only, so that working it out again changes nothing.
+    first, stop = share(0, status[TUMBLING], member)
+    for block in range(first, stop):
+        for lane in range(LANES):
+            i = work.tumbling[block, lane]
+            if lane == 0 or i != work.tumbling[block, lane - 1]:
+                refresh(bodies, i, i + 1)
+    for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
+        first, stop = share(0, blocks, member)
+        for block in range(first, stop):
+            for lane in range(LANES):
+                i = rows[block, lane]
+                add_travel(i, bodies, remembered, work.extent, work.travel)
+                for k in range(3):
+                    remembered.position[i, k] = bodies.position[i, k]
+                for k in range(4):
+                    remembered.orientation[i, k] = bodies.orientation[i, k]
+                for k in range(16):
+                    remembered.motion[i, k] = bodies.motion[i, k]
+
+
+@routine
+def note_events(new, old, work):
+    """Which pairs touch now, and which began or ceased to in this step."""
+    status, pairs = work.status, work.pairs
+    for p in range(status[PAIRS]):
+        j = work.origin[p]
+        touched = j >= 0 and old.count[j] > 0 and old.touching[j]
+        touches = new.count[p] > 0 and new.touching[p]
+        if new.count[p] > 0 and not touches:
+            for k in range(new.count[p]):
+                column = POINT_COLUMNS * k
+                touches = touches or new.total[p, k] > 0 or new.points[p, column + DEPTH] >= 0
+            new.touching[p] = touches
+        if touches and not touched:
+            work.began[status[BEGAN], 0], work.began[status[BEGAN], 1] = pairs[p, 0], pairs[p, 1]
+            status[BEGAN] += 1
+        if touched and new.count[p] == 0:
+            work.ended[status[ENDED], 0], work.ended[status[ENDED], 1] = pairs[p, 0], pairs[p, 1]
+            status[ENDED] += 1
+
+
+@routine
+def take_part(arguments, task, rank, size):
+    """Do a thread's share of the tasks that are not compiled apart, as ``detection`` and ``response`` are."""
+    bodies, _, _, _, _, remembered, fat, constants, work, sync = arguments
+    status, lanes, member = work.status, lanes_of(work.lanes, rank), member_of(sync, rank, size)
+    if task == LOOK:
+        for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
+            first, stop = share(0, blocks, member)
+            if has_left(
+                first, stop, rows, bodies.center, bodies.geometry, fat, constants.margin, lanes.delta, work.room
+            ):  # fmt: skip
+                status[LEFT] = 1
+    elif task == COLLIDE_GENERIC:
+        collide_generic(work, member)
+    elif task == REMEMBER:
+        remember(bodies, remembered, work, member)
+
+
+@routine
+def note_time(times, stage, since):
+    """Add the time since a moment to that of a stage; returns the present moment."""
+    time = now()
+    times[stage] += time - since
+    return time
+
+
+@kernel
+def run_steps(
+    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, count, fat, constants, work, steps, sync
+):  # fmt: skip
+    """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
+
+    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0;
+    each step builds
+    the next ones in the other table. ``sync`` is that of the team of threads (team.py) that share the work; ``work.lanes`` has scratch for each.
+    """
+    status = work.status
+    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
+    code, sync[DATA] = address_call(take_part, arguments)
+    sync[CODE + LOOK] = sync[CODE + COLLIDE_GENERIC] = sync[CODE + REMEMBER] = code
+    sync[CODE + COLLIDE], sync[CODE + ADVANCE] = work.calls[DETECTION], work.calls[RESPONSE]
+    generic_arguments = (work.generic_rows, bodies, colliders, shapes, constants.margin, contacts)
+    work.calls[GENERIC_DATA] = address_call(no_call, generic_arguments)[1]
+    time = now()
+    while status[DONE] < steps:
+        if status[PARITY] == 0:
+            old, new = table_0, table_1
+        else:
+            old, new = table_1, table_0
+        if status[PHASE] == DETECT:
+            if status[SLEEPERS_CHANGED]:
+                list_bodies(bodies, count, work)
+                status[SLEEPERS_CHANGED] = 0
+            elif status[KINEMATIC_BODIES]:
+                list_active(bodies.kind, bodies.island, bodies.rest, bodies.motion, count, work.active)
+            if status[SLEEPS]:
+                for i in range(count):
+                    work.before[i] = work.active[i]
+            status[SLEPT] = status[WOKEN] = 0
+            if status[KEEPS]:
+                status[LEFT] = 0
+                do_task(sync, LOOK, (status[PLAIN] + status[TUMBLING]) // BODIES_EACH)
+                if status[LEFT] and not status[CHECKED]:
+                    return NEED_PAIRS
+            elif not status[CHECKED]:
+                return NEED_PAIRS
+            status[CHECKED] = 0
+            time = note_time(work.times, BROADPHASE, time)
+            begin_detection(old, new, work)
+            do_task(sync, COLLIDE, status[PAIRS] // PAIRS_EACH)
+            status[PHASE] = RESPOND
+            if status[GENERIC] > 0:
+                list_generic(work)
+                status[PHASE] = TAKE_GENERIC
+        if status[PHASE] == TAKE_GENERIC:
+            if not lay_out_generic(colliders, shapes, contacts, work):
+                return NEED_GENERIC
+            do_task(sync, COLLIDE_GENERIC, status[GENERIC] // GENERIC_EACH)
+            take_generic(bodies, colliders, constants, contacts, kept, old, new, work)
+            status[PHASE] = RESPOND
+        time = note_time(work.times, NARROWPHASE, time)
+        live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
+        if status[SLEEPS]:
+            status[WOKEN] += wake_touched(
+                new.a, new.b, work.live, live, colliders.body, bodies.kind, bodies.island, bodies.rest, work.active, count,
+                work.ready, work.island_before, work.rest_before,
+            )  # fmt: skip
+            if status[WOKEN]:
+                list_bodies(bodies, count, work)
+                live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
+        status[LIVE] = live
+        colour_contacts(
+            new.a, new.b, new.count, work.live, live, colliders.body, work.moves, work.used, work.colours, work.sizes
+        )
+        status[COLOURED] = block_ranges(work.sizes, work.starts)
+        status[BLOCKS_ONE], status[BLOCKS_MANY] = work.starts[0, COLOURS + 1], work.starts[1, COLOURS + 1]
+        if len(work.blocks_one) < status[BLOCKS_ONE] or len(work.blocks_many) < status[BLOCKS_MANY]:
+            return NEED_BLOCKS
+        fill_blocks(
+            new.a, new.b, new.count, work.live, live, colliders.body, work.moves, work.colours, work.starts, work.cursor,
+            work.integers_one, work.integers_many,
+        )  # fmt: skip
+        status[BOUNCES] = status[BROKEN] = 0
+        status[WRONG] = -1
+        body_work = (status[PLAIN] + status[TUMBLING]) // BODIES_EACH
+        time = note_time(work.times, ISLANDS, time)
+        do_task(sync, ADVANCE, (status[BLOCKS_ONE] + status[BLOCKS_MANY]) // CONTACTS_EACH + body_work)
+        if status[BROKEN]:
+            return DIVERGED
+        time = note_time(work.times, SOLVER, time)
+        rest(bodies, colliders, count, constants, new, work)
+        do_task(sync, REMEMBER, body_work)
+        note_events(new, old, work)
+        if status[FORCES]:
+            bodies.force[:] = 0
+            status[FORCES] = 0
+        if status[PAIRS_CHANGED]:
+            for p in range(status[PAIRS]):
+                work.origin[p] = p
+            status[PAIRS_CHANGED] = 0
+        status[OLD_ROWS] = status[PAIRS]
+        status[STEP] += 1
+        status[PARITY] = 1 - status[PARITY]
+        status[PHASE] = DETECT
+        status[DONE] += 1
+        time = note_time(work.times, FINISH, time)
+    return FINISHED

@@ -1,0 +1,496 @@
+"""Augmented vertex block descent: one body after another is put where its own energy is least.
+
+Implicit Euler finds the positions x at the end of a step of length h as the least of Σ ½ |x − y|²_M / h² + E(x), where y = x⁻ + h v⁻ + h² g is
+where the bodies would go without contacts and E the energy of these. Block descent (Chen et al. 2024) lowers it body by body: each solves its own
+6×6 system H Δx = f, the others held. A contact with the constraint C ≥ 0 (C is the gap) is a spring of finite stiffness k and a multiplier λ, of
+force f = max(0, λ − k C), and after each sweep λ ← f (augmented Lagrangian: C → 0 with k finite). Friction is the same in the plane of contact, with
+|f_t| ≤ μ f_n. So the load sits in λ, and k need only be of the order of the masses that rest on the contact: this is what carries a
+thousandfold mass.
+
+Source: C. Giles, E. Diaz, C. Yuksel, "Augmented Vertex Block Descent", ACM Trans. Graph. 44 (4), 2025, names α, β, γ as there; A. H. Chen et al.,
+"Vertex Block Descent", ACM Trans. Graph. 43 (4), 2024. docs/avbd.md derives it, and says where and why this differs.
+
+Everything is multiplied through by h: the unknowns are Δx / h, velocities, constraints are speeds, multipliers impulses [N s], stiffnesses k h²
+penalties [kg].
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.math import mat, quat, vec
+from atlasphys.engine.math.ldlt import solve_6x6
+from atlasphys.engine.shapes.arguments import invalid, number
+from atlasphys.engine.solvers.common import (
+    load_anchors,
+    load_inverse_mass,
+    load_velocity,
+    relative_velocity,
+    store_velocity,
+    weighted,
+)
+from atlasphys.engine.solvers.free_islands import SUM_COLUMNS, keep_momenta, list_free_islands, load_tensor
+from atlasphys.engine.solvers.integrate import integrate_positions, integrate_velocities, place_origins
+from atlasphys.engine.solvers.sequential_impulse import (
+    APPROACH,
+    CONSTRAINT_COLUMNS,
+    FINEST,
+    MOST_GROWTH,
+    MOST_ITERATIONS,
+    PRECISION,
+    TARGET,
+    set_targets,
+)
+from atlasphys.engine.state.bodies import DYNAMIC
+from atlasphys.engine.state.manifolds import (
+    DEPTH,
+    FRICTION,
+    NORMAL,
+    NORMAL_IMPULSE,
+    PATCH_ROLLING,
+    PATCH_TORSION,
+    PENALTY,
+    POINT_COLUMNS,
+    ROLLING,
+    TORSIONAL,
+)
+from atlasphys.engine.state.state import State
+
+
+@dataclass(frozen=True, slots=True)
+class AVBD:
+    """Settings of the solver ``avbd``.
+
+    Attributes:
+        iterations: most sweeps over all bodies, forth and back, each followed by an update of the multipliers. Fewer are made once nothing
+            changes any more. More: taller stacks stand, and momenta pass through piles in fewer steps.
+        alpha: share of an overlap beyond the slop that is left for later steps (the paper's α). Larger: overlaps are eased out
+            slower, and give the bodies less speed.
+        beta: penalty of a loaded contact, in units of the mass whose weight is its load. Larger: stiffer under sudden load, but tall
+            stacks begin to shiver.
+        gamma: share of its penalty that a contact starts the next step with (the paper's γ).
+        least_penalty: least penalty, in units of the effective mass at the contact (the paper's k_start). Impacts converge best at about 3,
+            stacks at 10.
+        smoothing: share of the last step's first guess in the multipliers that the next one starts from. 0: what the last iteration found, which
+            also holds what it corrected, so that tall stacks swing from step to step.
+        tolerance: the sweeps end when none changes a velocity by more than this, in units of the speed that gravity gives in a step.
+
+    Raises:
+        InvalidArgumentError: a value is not of the right kind or out of range.
+    """
+
+    iterations: int = 20
+    alpha: float = 0.95
+    beta: float = 1.0
+    gamma: float = 0.9
+    least_penalty: float = 5.0
+    smoothing: float = 0.25
+    tolerance: float = 3e-5
+
+    def __post_init__(self) -> None:
+        if type(self.iterations) is not int or not 1 <= self.iterations <= MOST_ITERATIONS:
+            raise invalid("iterations", f"an integer from 1 to {MOST_ITERATIONS}", self.iterations)
+        for name, least, most in (
+            ("alpha", 0.0, 1.0),
+            ("beta", 0.0, 1e3),
+            ("gamma", 0.0, 1.0),
+            ("least_penalty", 1e-3, 1e3),
+            ("smoothing", 0.0, 1.0),
+            ("tolerance", 0.0, 1.0),
+        ):
+            if not least <= number(name, getattr(self, name)) <= most:
+                raise invalid(name, f"a number from {least:g} to {most:g}", getattr(self, name))
+
+
+MOST_PENALTY = 1e5
+"""Greatest penalty in units of the effective mass at the contact. Beyond, single precision loses a body's inertia beside it."""
+
+FASTEST_RISE = 4.0
+"""By how much a penalty may rise in one iteration. Load and penalty feed each other: unbounded, an impact drives both up."""
+
+ROLLING_STIFFNESS = 10.0
+"""Penalty of rolling and torsional friction in units of the effective moment of inertia. It takes little load, and so needs no ramp."""
+
+BOUNCE_SWEEPS = 20
+"""How many times the usual number of iterations may be made while bounces are not solved for."""
+
+# Columns of a point's row, beside APPROACH, PRECISION and TARGET; point k of manifold i has row 4 i + k.
+EFFECTIVE_MASS, FIRST_GUESS = 0, 1  # 1 / (n · M⁻¹ n); multiplier at the start of the step
+
+
+@routine
+def prepare(motion, inverse_mass, pairs, manifolds, count, points, stiffness, ratio, gamma, least_penalty):
+    """Warm start: last step's multipliers, times ``ratio``, and penalties, which decay by ``gamma``."""
+    real = type(ratio)
+    zero, one = real(0), real(1)
+    contact, contact_points, local = manifolds.contact, manifolds.points, manifolds.local
+    for i in range(count):
+        a, b = pairs[i, 0], pairs[i, 1]
+        m_a, i_a = load_inverse_mass(inverse_mass, a)
+        m_b, i_b = load_inverse_mass(inverse_mass, b)
+        v_a, w_a = load_velocity(motion, a)
+        v_b, w_b = load_velocity(motion, b)
+        n = vec.load_columns(contact, i, NORMAL)
+        linear = vec.dot(n, weighted(vec.add(m_a, m_b), n))
+        for k in range(manifolds.count[i]):
+            p = 4 * i + k
+            r_a, r_b = load_anchors(contact_points, i, k)
+            arm_a, arm_b = vec.cross(r_a, n), vec.cross(r_b, n)
+            turns = vec.dot(arm_a, mat.sym_mul_vec(i_a, arm_a)) + vec.dot(arm_b, mat.sym_mul_vec(i_b, arm_b))
+            mass = one / (linear + turns) if linear + turns > 0 else zero
+            points[p, EFFECTIVE_MASS] = mass
+            points[p, APPROACH] = vec.dot(n, relative_velocity(v_a, w_a, r_a, v_b, w_b, r_b))
+            column = POINT_COLUMNS * k
+            penalty = max(gamma * local[i, column + PENALTY], least_penalty * mass)
+            local[i, column + PENALTY] = min(penalty, real(MOST_PENALTY) * mass)
+            contact_points[i, column + NORMAL_IMPULSE] *= ratio
+            points[p, FIRST_GUESS] = contact_points[i, column + NORMAL_IMPULSE]
+            rubbed = vec.scale(vec.load_columns(manifolds.friction_impulse, i, 3 * k), ratio)
+            vec.store_columns(manifolds.friction_impulse, i, 3 * k, across(rubbed, n))
+        contact[i, PATCH_TORSION] *= ratio
+        rolled = vec.scale(vec.load_columns(contact, i, PATCH_ROLLING), ratio)
+        vec.store_columns(contact, i, PATCH_ROLLING, across(rolled, n))
+        trace = i_a[0] + i_a[1] + i_a[2] + i_b[0] + i_b[1] + i_b[2]
+        stiffness[i] = real(3 * ROLLING_STIFFNESS) / trace if trace > 0 else zero
+
+
+@routine
+def across(u, n):
+    """The part of u across the unit vector n."""
+    return vec.add_scaled(u, n, -vec.dot(n, u))
+
+
+@routine
+def list_contacts(body_count, pairs, count, first, entries):
+    """List each body's contacts: body i has the entries ``first[i]`` to ``first[i + 1]``, twice the manifold's row, plus 1 where it is b."""
+    for i in range(body_count + 2):
+        first[i] = 0
+    for i in range(count):
+        for side in range(2):
+            first[pairs[i, side] + 2] += 1
+    for i in range(body_count):
+        first[i + 2] += first[i + 1]
+    for i in range(count):
+        for side in range(2):
+            row = pairs[i, side] + 1
+            entries[first[row]] = 2 * i + side
+            first[row] += 1
+
+
+@routine
+def guess(bodies, body_count, manifolds, first, entries, gravity, h, inertial, inertia):
+    """The velocities towards y, to ``inertial``; the tensors of inertia; and the velocities at which the sweeps begin, to ``motion``.
+
+    Adaptive initial guess (Chen et al. 2024, 3.7): a body is given the share of gravity that it followed in the last step, from 0 to 1. What
+    kept it from following is read off the multipliers.
+    """
+    motion, mass = bodies.motion, bodies.mass
+    real = type(h)
+    zero, one = real(0), real(1)
+    strength = vec.length_squared(gravity)
+    for i in range(body_count):
+        for k in range(6):
+            inertial[i, k] = motion[i, k]
+        if bodies.kind[i] == DYNAMIC:
+            axes = quat.matrix(quat.mul(quat.load(bodies.orientation, i), quat.load(bodies.principal, i)))
+            tensor = mat.rotated_diagonal(axes, (mass[i, 2], mass[i, 3], mass[i, 4]))
+            for k in range(6):
+                inertia[i, k] = tensor[k]
+            weight = h * strength * bodies.response[i, 0] * mass[i, 0]
+            if weight != 0:
+                held = zero
+                for e in range(first[i], first[i + 1]):
+                    row, is_b = entries[e] >> 1, entries[e] & 1
+                    push = (zero, zero, zero)
+                    for k in range(manifolds.count[row]):
+                        push = vec.add(push, vec.load_columns(manifolds.friction_impulse, row, 3 * k))
+                        n, load = vec.load_columns(manifolds.contact, row, NORMAL), POINT_COLUMNS * k + NORMAL_IMPULSE
+                        push = vec.add_scaled(push, n, manifolds.points[row, load])
+                    held += -vec.dot(push, gravity) if is_b else vec.dot(push, gravity)
+                share = min(max(held / weight, zero), one)
+                for k in range(3):
+                    if bodies.inverse_mass[i, 8 + k] > 0:
+                        motion[i, k] -= share * h * bodies.response[i, 0] * gravity[k]
+
+
+@routine
+def contact_force(load, rubbed, penalty, friction, n, u, target):
+    """Impulse along n, friction on b, and the share of the penalty that holds across n, at relative velocity u.
+
+    Where friction slips, its force μ f_n opposes the way that λ_t − k u_t points; it is written as a share s ≤ 1 of that. Its derivative
+    counts as −s k in all directions across n: too much along the slip, never too little, so that descent stays descent.
+    """
+    one = type(load)(1)
+    speed = vec.dot(n, u)
+    pressed = max(load - penalty * (speed - target), one - one)
+    wanted = vec.add_scaled(rubbed, vec.add_scaled(u, n, -speed), -penalty)
+    limit, squared = friction * pressed, vec.length_squared(wanted)
+    share = one if squared <= limit * limit else limit / math.sqrt(squared)
+    return pressed, vec.scale(wanted, share), share
+
+
+@routine
+def patch_moment(contact, i, n, spin, penalty, load):
+    """Moment of torsional and rolling friction on b, and the shares of the penalty that hold about n and across it."""
+    one = type(load)(1)
+    twist = contact[i, PATCH_TORSION] - penalty * vec.dot(n, spin)
+    limit = contact[i, FRICTION] * contact[i, TORSIONAL] * load
+    about = one if abs(twist) <= limit else limit / abs(twist)
+    roll = vec.add_scaled(vec.load_columns(contact, i, PATCH_ROLLING), across(spin, n), -penalty)
+    limit, squared = contact[i, ROLLING] * load, vec.length_squared(roll)
+    sideways = one if squared <= limit * limit else limit / math.sqrt(squared)
+    return vec.add_scaled(vec.scale(roll, sideways), n, twist * about), about, sideways
+
+
+@routine
+def descend(i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, first, entries, length_unit):
+    """Solve body i's own system H Δv = f and move it. Returns the greatest change of speed, that of points a length unit away included.
+
+    H = M + Σ k Jᵀ J over its contact points, where J is the 3×6 matrix of the point's velocity, [1, −r×]. With k alike in all directions
+    across and along n, but for what slips, the sums Σ k, Σ k r and Σ k r rᵀ give all of it. Constraints are linear in the step, so
+    there is no geometric stiffness.
+
+    A point counts in H while it pushes or its multiplier would have it push. Without the latter, bodies rattle: they leave contacts
+    as if these were gone, and come back.
+    """
+    motion, mass = bodies.motion, bodies.mass
+    contact, contact_points, local = manifolds.contact, manifolds.points, manifolds.local
+    v, w = load_velocity(motion, i)
+    m = mass[i, 0]
+    zero = m - m
+    tensor = load_tensor(inertia, i)
+    v_inertial, w_inertial = load_velocity(inertial, i)
+    force = vec.scale(vec.sub(v_inertial, v), m)
+    torque = mat.sym_mul_vec(tensor, vec.sub(w_inertial, w))
+    straight = (m, m, m, zero, zero, zero)  # H's blocks: force by velocity, torque by velocity, torque by spin
+    mixed = (zero, zero, zero, zero, zero, zero, zero, zero, zero)
+    turning = tensor
+    for e in range(first[i], first[i + 1]):
+        row, is_b = entries[e] >> 1, entries[e] & 1
+        v_a, w_a = load_velocity(motion, pairs[row, 0])
+        v_b, w_b = load_velocity(motion, pairs[row, 1])
+        n = vec.load_columns(contact, row, NORMAL)
+        friction = contact[row, FRICTION]
+        load = k_sum = kn_sum = zero
+        push = moment = kr_sum = kq_sum = (zero, zero, zero)
+        krr = (zero, zero, zero, zero, zero, zero)
+        for k in range(manifolds.count[row]):
+            column = POINT_COLUMNS * k
+            r_a, r_b = load_anchors(contact_points, row, k)
+            u = relative_velocity(v_a, w_a, r_a, v_b, w_b, r_b)
+            multiplier, penalty = contact_points[row, column + NORMAL_IMPULSE], local[row, column + PENALTY]
+            rubbed = vec.load_columns(manifolds.friction_impulse, row, 3 * k)
+            pressed, rubs, share = contact_force(
+                multiplier, rubbed, penalty, friction, n, u, points[4 * row + k, TARGET]
+            )
+            if pressed > 0 or multiplier > 0:
+                r = r_b if is_b else r_a
+                impulse = vec.add_scaled(rubs, n, pressed)
+                load += pressed
+                push, moment = vec.add(push, impulse), vec.add(moment, vec.cross(r, impulse))
+                sticking = share * penalty
+                k_sum += sticking
+                kr_sum = vec.add_scaled(kr_sum, r, sticking)
+                krr = mat.sym_add_square(krr, r, sticking)
+                if share < 1:
+                    slipping, q = penalty - sticking, vec.cross(r, n)
+                    kn_sum += slipping
+                    kq_sum = vec.add_scaled(kq_sum, q, slipping)
+                    turning = mat.sym_add_square(turning, q, slipping)
+        if contact[row, ROLLING] > 0 or contact[row, TORSIONAL] > 0:
+            patch, about, sideways = patch_moment(contact, row, n, vec.sub(w_b, w_a), stiffness[row], load)
+            moment = vec.add(moment, patch)
+            stiff_across = stiffness[row] * sideways
+            turning = mat.sym_add_square(turning, n, stiffness[row] * about - stiff_across)
+            turning = mat.sym_add_scalar(turning, stiff_across)
+        sign = m / m if is_b else -m / m
+        force, torque = vec.add_scaled(force, push, sign), vec.add_scaled(torque, moment, sign)
+        straight = mat.sym_add_scalar(mat.sym_add_square(straight, n, kn_sum), k_sum)
+        x, y, z = kr_sum
+        mixed = (
+            mixed[0] + kq_sum[0] * n[0],
+            mixed[1] + kq_sum[0] * n[1] - z,
+            mixed[2] + kq_sum[0] * n[2] + y,
+            mixed[3] + kq_sum[1] * n[0] + z,
+            mixed[4] + kq_sum[1] * n[1],
+            mixed[5] + kq_sum[1] * n[2] - x,
+            mixed[6] + kq_sum[2] * n[0] - y,
+            mixed[7] + kq_sum[2] * n[1] + x,
+            mixed[8] + kq_sum[2] * n[2],
+        )
+        trace = krr[0] + krr[1] + krr[2]
+        turning = mat.sym_add_scalar(
+            (
+                turning[0] - krr[0],
+                turning[1] - krr[1],
+                turning[2] - krr[2],
+                turning[3] - krr[3],
+                turning[4] - krr[4],
+                turning[5] - krr[5],
+            ),
+            trace,
+        )
+    if bodies.locks[i]:
+        straight, mixed, turning, force, torque = lock(bodies.locks[i], straight, mixed, turning, force, torque)
+    dv, dw = solve_6x6(straight, mixed, turning, force, torque)
+    store_velocity(motion, i, vec.add(v, dv), vec.add(w, dw))
+    dw = vec.scale(dw, length_unit)
+    return max(abs(dv[0]), abs(dv[1]), abs(dv[2]), abs(dw[0]), abs(dw[1]), abs(dw[2]))
+
+
+@routine
+def lock(locks, a, b, d, force, torque):
+    """The system without the rows and columns of locked directions: 1 on the diagonal, 0 beside it."""
+    zero = a[0] - a[0]
+    one = type(zero)(1)
+    x, y, z = zero if locks & 1 else one, zero if locks & 2 else one, zero if locks & 4 else one
+    rx, ry, rz = zero if locks & 8 else one, zero if locks & 16 else one, zero if locks & 32 else one
+    linear = (a[0] * x + one - x, a[1] * y + one - y, a[2] * z + one - z, a[3] * x * y, a[4] * x * z, a[5] * y * z)
+    mixed = (
+        b[0] * rx * x, b[1] * rx * y, b[2] * rx * z,
+        b[3] * ry * x, b[4] * ry * y, b[5] * ry * z,
+        b[6] * rz * x, b[7] * rz * y, b[8] * rz * z,
+    )  # fmt: skip
+    angular = (
+        d[0] * rx + one - rx, d[1] * ry + one - ry, d[2] * rz + one - rz,
+        d[3] * rx * ry, d[4] * rx * rz, d[5] * ry * rz,
+    )  # fmt: skip
+    force = (force[0] * x, force[1] * y, force[2] * z)
+    return linear, mixed, angular, force, (torque[0] * rx, torque[1] * ry, torque[2] * rz)
+
+
+@routine
+def update_multipliers(motion, pairs, manifolds, count, points, stiffness, beta, fall, most_mass):
+    """λ ← f for all contacts, and greater penalties where the load asks for them while the bodies still come closer.
+
+    A load of weight m g h asks for the penalty β m: with it the contact gives way by g h, as much as if the mass fell freely for this step. At
+    impacts the speed of approach counts beside g h (``fall``), so that a fast body does not count as a heavy one; and no contact carries more
+    than all there is (``most_mass``), not even one between bodies that are jammed. Returns the greatest error in speed at a bounce, in units of
+    what is allowed.
+    """
+    real = type(beta)
+    contact, contact_points, local = manifolds.contact, manifolds.points, manifolds.local
+    error = real(0)
+    for i in range(count):
+        v_a, w_a = load_velocity(motion, pairs[i, 0])
+        v_b, w_b = load_velocity(motion, pairs[i, 1])
+        n = vec.load_columns(contact, i, NORMAL)
+        load = real(0)
+        for k in range(manifolds.count[i]):
+            p, column = 4 * i + k, POINT_COLUMNS * k
+            r_a, r_b = load_anchors(contact_points, i, k)
+            u = relative_velocity(v_a, w_a, r_a, v_b, w_b, r_b)
+            multiplier, penalty = contact_points[i, column + NORMAL_IMPULSE], local[i, column + PENALTY]
+            rubbed = vec.load_columns(manifolds.friction_impulse, i, 3 * k)
+            pressed, rubs, _ = contact_force(multiplier, rubbed, penalty, contact[i, FRICTION], n, u, points[p, TARGET])
+            excess = vec.dot(n, u) - points[p, TARGET]
+            if excess < 0:
+                carried = min(pressed / (fall + abs(points[p, APPROACH])), most_mass)
+                wanted = min(beta * carried, real(FASTEST_RISE) * penalty)
+                local[i, column + PENALTY] = min(max(penalty, wanted), real(MOST_PENALTY) * points[p, EFFECTIVE_MASS])
+            if pressed > 0 or multiplier > 0:
+                error = max(error, abs(excess) * points[p, PRECISION])
+            load += pressed
+            contact_points[i, column + NORMAL_IMPULSE] = pressed
+            vec.store_columns(manifolds.friction_impulse, i, 3 * k, rubs)
+        if contact[i, ROLLING] > 0 or contact[i, TORSIONAL] > 0:
+            moment, _, _ = patch_moment(contact, i, n, vec.sub(w_b, w_a), stiffness[i], load)
+            contact[i, PATCH_TORSION] = vec.dot(n, moment)
+            vec.store_columns(contact, i, PATCH_ROLLING, across(moment, n))
+    return error
+
+
+@routine
+def report(manifolds, count, points, smoothing):
+    """Write the step's impulses to ``total``, smooth the multipliers for the next step, and note which pairs touch."""
+    for i in range(count):
+        for k in range(4):
+            column = POINT_COLUMNS * k + NORMAL_IMPULSE
+            pressed = manifolds.points[i, column]
+            manifolds.total[i, k] = pressed
+            if k < manifolds.count[i]:
+                manifolds.points[i, column] += smoothing * (points[4 * i + k, FIRST_GUESS] - pressed)
+                if pressed > 0 or manifolds.points[i, POINT_COLUMNS * k + DEPTH] >= 0:
+                    manifolds.touching[i] = True
+        manifolds.total[i, 7] = manifolds.contact[i, PATCH_TORSION]
+
+
+@kernel
+def solve(
+    bodies, body_count, colliders, manifolds, count, pairs, points, stiffness, first, entries, inertial, inertia, parent, free, sums,
+    gravity, h, ratio, iterations, bias, beta, gamma, least_penalty, smoothing, fall, least_change, length_unit,
+    threshold, finest, tolerances,
+):  # fmt: skip
+    """One step of length h for all bodies."""
+    motion = bodies.motion
+    for i in range(count):
+        pairs[i, 0], pairs[i, 1] = colliders.body[manifolds.a[i]], colliders.body[manifolds.b[i]]
+    list_contacts(body_count, pairs, count, first, entries)
+    list_free_islands(bodies, body_count, pairs, count, parent, free)
+    prepare(motion, bodies.inverse_mass, pairs, manifolds, count, points, stiffness, ratio, gamma, least_penalty)
+    integrate_velocities(bodies, body_count, gravity, h)
+    set_targets(
+        motion, pairs, manifolds, count, points, h, bias, tolerances.slop, tolerances.max_correction, threshold, finest
+    )
+    guess(bodies, body_count, manifolds, first, entries, gravity, h, inertial, inertia)
+    most_mass = h - h
+    for i in range(body_count):
+        if bodies.kind[i] == DYNAMIC:
+            most_mass += bodies.mass[i, 0]
+    for s in range(BOUNCE_SWEEPS * iterations):
+        change = h - h
+        for j in range(
+            2 * body_count
+        ):  # forth and back: in one direction only, stiff contacts make the multipliers diverge
+            i = j if j < body_count else 2 * body_count - 1 - j
+            if bodies.kind[i] == DYNAMIC and first[i] < first[i + 1]:
+                moved = descend(
+                    i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, first, entries, length_unit
+                )
+                change = max(change, moved)
+        error = update_multipliers(
+            motion, pairs, manifolds, count, points, stiffness, beta if s < iterations else h - h, fall, most_mass
+        )
+        if error <= 1 and (s + 1 >= iterations or change <= least_change):
+            break
+    keep_momenta(bodies, body_count, inertial, inertia, parent, free, sums)
+    report(manifolds, count, points, smoothing)
+    integrate_positions(bodies, body_count, h)
+    place_origins(bodies, body_count)
+
+
+def advance(state: State, settings: AVBD, h: float) -> None:
+    """Advance all bodies by one step of length h [s]."""
+    real, environment, slop = state.real.type, state.environment, float(state.tolerances.slop)
+    bodies, contacts = max(state.count, 1), max(state.next_count, 1)
+    fall = h * math.sqrt(sum(g * g for g in environment.gravity))
+    solve(
+        state.bodies, state.count, state.colliders, state.next_manifolds, state.next_count,
+        np.empty((contacts, 2), np.int32),
+        np.empty((4 * contacts, CONSTRAINT_COLUMNS), state.real),
+        np.empty(contacts, state.real),
+        np.empty(bodies + 2, np.int32),
+        np.empty(2 * contacts, np.int32),
+        np.empty((bodies, 6), state.real),
+        np.empty((bodies, 6), state.real),
+        np.empty(bodies, np.int32),
+        np.empty(bodies, np.bool_),
+        np.empty((bodies, SUM_COLUMNS), state.real),
+        tuple(real(g) for g in environment.gravity),
+        real(h),
+        real(min(h / state.last_h, MOST_GROWTH) if state.last_h > 0 else 0.0),
+        settings.iterations,
+        real((1 - settings.alpha) / h),
+        real(settings.beta),
+        real(settings.gamma),
+        real(settings.least_penalty),
+        real(settings.smoothing),
+        real(fall if fall > 0 else slop / h),
+        real(settings.tolerance * fall),
+        real(environment.length_unit),
+        real(environment.restitution_threshold),
+        real(FINEST[state.real.char]),
+        state.tolerances,
+    )  # fmt: skip
