@@ -7,6 +7,7 @@ import dataclasses
 import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from types import MappingProxyType
 from typing import Any
 
@@ -38,8 +39,9 @@ from atlasphys.world.arguments import (
     unit_quaternion,
 )
 from atlasphys.world.body import COEFFICIENTS, RESPONSES, Body
+from atlasphys.world.html import world_html
 from atlasphys.world.trace import Records, trace_of, trace_records
-from atlasphys.world.views import Bodies, Energy, Event, contact_points
+from atlasphys.world.views import Bodies, Energy, Event, contact_count, contact_points
 
 NARROWPHASES = ("auto", "gjk_epa", "sat")
 
@@ -584,6 +586,11 @@ class World:
         return contact_points(self._state)
 
     @property
+    def contact_count(self) -> int:
+        """Number of contact points of the last step: the length of :attr:`contacts`, without making it."""
+        return contact_count(self._state)
+
+    @property
     def events(self) -> list[Event]:
         """What happened in the last step: contacts that began and ended, bodies that fell asleep or were woken by a contact. A body that is removed
         takes its contacts with it without an event."""
@@ -646,6 +653,30 @@ class World:
             f"<World: {self._state.count} bodies at {self.time:.6g} s, {self.solver}, {self.narrowphase}, {self.broadphase}, "
             f"{self.precision} precision>"
         )
+
+    def _repr_html_(self) -> str:
+        return world_html(self)
+
+    def view(self, *, port: int = 0, height: int = 600) -> Any:
+        """Show a copy of the world on an interactive page: in the notebook where there is one, else at the address that is printed.
+
+        The copy is stopped, and goes on in the page only; the world itself stays as it is and may be stepped meanwhile. Ask again to see it as it
+        then is.
+
+        Args:
+            port: port of the page on this machine. Default: any that is free.
+            height: height of the frame in a notebook [pixels].
+
+        Returns:
+            The page; its ``url`` is the address, ``close()`` ends it.
+
+        Raises:
+            MissingExtraError: viser is not installed.
+            InvalidArgumentError: the port is in use.
+        """
+        # By name, for the viewer stands above the world.
+        show = import_module("atlasphys.viewer.notebook").show
+        return show(copy.deepcopy(self), port=port, height=height)
 
     # Copies ----------------------------------------------------------------------------------------------------------
 
