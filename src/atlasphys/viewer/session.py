@@ -22,7 +22,8 @@ from atlasphys.viewer.history import History
 from atlasphys.viewer.meter import Meter
 from atlasphys.world.arguments import bounded_vector, in_range
 from atlasphys.world.body import Body
-from atlasphys.world.world import LONGEST_STEP, SHORTEST_STEP, World
+from atlasphys.world.settings import LONGEST_STEP, SHORTEST_STEP
+from atlasphys.world.world import World
 
 SLOWEST, FASTEST = 0.01, 100.0
 """Range of the speed factor."""

@@ -130,14 +130,18 @@ class Constants(NamedTuple):
     """See ``spot``."""
 
 
+NO_HUBS: npt.NDArray[np.int32] = np.zeros((0, 4), np.int32)
+"""Bodies are not split into parts (islands/split.py)."""
+
+
 @kernel
-def colour(bodies, count, manifolds, manifold_count, body, moves, used, live, colours, sizes, starts, plain, tumbling):
+def colour(bodies, count, manifolds, manifold_count, ends, moves, used, live, colours, sizes, starts, plain, tumbling):
     """Colour the contacts and list the bodies that move."""
     list_awake(bodies.kind, bodies.island, bodies.frame, count, plain, tumbling)
     for i in range(manifold_count):
         live[i] = i
     colour_contacts(
-        manifolds.a, manifolds.b, manifolds.count, live, manifold_count, body, moves, used, colours, sizes
+        ends, manifolds.count, live, manifold_count, moves, used, NO_HUBS, 0, colours, sizes
     )  # fmt: skip
     block_ranges(sizes, starts)
 
@@ -288,12 +292,12 @@ def store_contacts(bodies, manifolds, manifold_count, blocks, locked, inverse_h)
 
 
 @kernel
-def solve(bodies, count, body, moves, manifolds, manifold_count, live, colours, cursor, blocks, locked, constants):
+def solve(bodies, count, ends, moves, manifolds, manifold_count, live, colours, cursor, blocks, locked, constants):
     """One step for all bodies: ``constants.substeps`` substeps."""
     motion, geometry, inverse_mass = bodies.motion, bodies.geometry, bodies.inverse_mass
     h, inverse_h = constants.h, constants.positions[0]
     fill_blocks(
-        manifolds.a, manifolds.b, manifolds.count, live, manifold_count, body, moves, colours, blocks.starts, cursor,
+        ends, manifolds.count, live, manifold_count, moves, colours, blocks.starts, cursor,
         blocks.integers_one, blocks.integers_many,
     )  # fmt: skip
     for rows in (blocks.plain, blocks.tumbling):
@@ -346,11 +350,14 @@ def in_blocks(state: State, rolls: bool) -> tuple[Blocks, dict[str, npt.NDArray[
         for rows in (int(np.count_nonzero(kind != STATIC)) - tumbles, tumbles)
     )
     moves = (kind == DYNAMIC).astype(np.uint8)
+    rows = np.zeros((2, -(-m // LANES) * LANES), np.int32)
+    rows[:, :m] = state.colliders.body[manifolds.a[:m]], state.colliders.body[manifolds.b[:m]]
+    ends = np.ascontiguousarray(rows.reshape(2, -1, LANES).transpose(1, 0, 2))
     live, colours, used = np.empty(m, np.int32), np.empty(m, np.int8), np.empty(n, np.uint64)
     sizes, cursor = np.empty((2, 2, COLOURS + 1), np.int64)
     starts = np.empty((2, COLOURS + 2), np.int64)
     colour(
-        bodies, n, manifolds, m, state.colliders.body, moves, used, live, colours, sizes, starts, plain, tumbling
+        bodies, n, manifolds, m, ends, moves, used, live, colours, sizes, starts, plain, tumbling
     )  # fmt: skip
     one, many = (int(number) for number in starts[:, COLOURS + 1])
     blocks = state.workspace
@@ -362,7 +369,7 @@ def in_blocks(state: State, rolls: bool) -> tuple[Blocks, dict[str, npt.NDArray[
             rolls_many=aligned_zeros((len(blocks.integers_many), ROLLING_FIELDS, LANES), state.real),
         )
     state.workspace = blocks = blocks._replace(starts=starts, plain=plain, tumbling=tumbling)
-    return blocks, {"moves": moves, "live": live, "colours": colours, "cursor": cursor}
+    return blocks, {"ends": ends, "moves": moves, "live": live, "colours": colours, "cursor": cursor}
 
 
 def empty_blocks(one: int, many: int, real: npt.DTypeLike) -> Blocks:
@@ -407,6 +414,6 @@ def advance(state: State, settings: XPBD, h: float) -> None:
     rolls = bool((state.colliders.material[:n, 2:4] > 0).any())
     blocks, scratch = in_blocks(state, rolls)
     solve(
-        state.bodies, n, state.colliders.body, scratch["moves"], state.next_manifolds, state.next_count,
+        state.bodies, n, scratch["ends"], scratch["moves"], state.next_manifolds, state.next_count,
         scratch["live"], scratch["colours"], scratch["cursor"], blocks, locked, constants,
     )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.solvers import SOLVERS
-from atlasphys.world.world import NARROWPHASES
+from atlasphys.world.settings import NARROWPHASES
 
 if TYPE_CHECKING:
     from atlasphys.viewer.frame import Frame
