@@ -177,9 +177,9 @@ def test_doctor_shows_versions(capsys):
         (["run", "tower", "--dt", "100", "--seconds", "1000"], "dt must be a number from"),
         (
             ["run", "tower", "--solver", "magic"],
-            "solver must be one of 'soft_step', 'sequential_impulse', 'avbd' (got 'magic')",
+            "solver must be one of 'soft_step', 'sequential_impulse', 'xpbd', 'avbd' (got 'magic')",
         ),
-        (["run", "tower", "--preset", "magic"], "preset must be one of 'default', 'classic', 'avbd'"),
+        (["run", "tower", "--preset", "magic"], "preset must be one of 'default', 'classic', 'xpbd', 'avbd'"),
         (["run", "tower", "--threads", "0"], "threads must be"),
         (["run", "tower", "--sceonds", "1"], "--sceonds"),
         (["rnu", "tower"], "rnu"),

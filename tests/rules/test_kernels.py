@@ -81,7 +81,7 @@ def test_the_scenes_call_the_kernels():
 def test_single_precision_stays_single():
     found = {name for name, code in compiled().items() if re.search(r"fpext [^,]*float", code)}
     assert found <= set(FLOAT_TO_DOUBLE)
-    found = {name for name, code in compiled().items() if re.search(r"(fmul|fdiv) [^%]*double|sqrt\.\w*f64\(", code)}
+    found = {name for name, code in compiled().items() if re.search(r"(fmul|fdiv) [^%\n]*double|sqrt\.\w*f64\(", code)}
     assert found <= DOUBLE_PRODUCTS
 
 

@@ -6,7 +6,7 @@ import atlasphys as ap
 from atlasphys.engine.solvers import SOLVERS
 from atlasphys.errors import InvalidArgumentError
 from atlasphys.validate.contenders import solvers
-from atlasphys.world.world import PRESETS
+from atlasphys.world.settings import PRESETS
 
 
 def test_by_default_every_solver_is_there():

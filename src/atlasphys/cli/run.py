@@ -37,6 +37,7 @@ def run(
     threads: int | None = None,
     set: Annotated[list[str] | None, Parameter(negative=())] = None,
     record: Path | None = None,
+    record_contacts: Annotated[bool, Parameter(negative=())] = False,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> int:
     """Simulate a scene and summarise what came of it.
@@ -59,6 +60,8 @@ def run(
         NAME=VALUE: a parameter of a scene of the library. May be given several times.
     record
         File for a recording (HDF5).
+    record_contacts
+        Record contact points too, for the viewer to show.
     json
         Print one JSON object on standard output instead of the table.
     """
@@ -72,7 +75,11 @@ def run(
         raise InvalidArgumentError(f"--seconds / --dt must be at most {MOST_STEPS:,} steps (got {length / step:.3g})")
     given = {"preset": preset, "solver": solver, "threads": threads}
     settings = {name: value for name, value in given.items() if value is not None}
-    simulation = Simulation(loaded, max(1, round(length / step)), step, settings, record)
+    if record_contacts and record is None:
+        raise InvalidArgumentError("--record-contacts needs --record FILE")
+    simulation = Simulation(
+        loaded, max(1, round(length / step)), step, settings, record, record_contacts=record_contacts
+    )
     interrupted = _follow(simulation)
     if isinstance(simulation.error, InvalidArgumentError | SceneError) and not simulation.progress.steps:
         raise simulation.error

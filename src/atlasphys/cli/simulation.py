@@ -57,11 +57,22 @@ class Simulation(threading.Thread):
         dt: length of a step [s].
         settings: arguments of the world that replace the scene's.
         record: file for the recording, if there shall be one.
+        record_contacts: whether it shall hold contact points.
     """
 
-    def __init__(self, scene: Scene, steps: int, dt: float, settings: dict[str, Any], record: Path | None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        steps: int,
+        dt: float,
+        settings: dict[str, Any],
+        record: Path | None,
+        *,
+        record_contacts: bool = False,
+    ) -> None:
         super().__init__(name="simulation", daemon=True)
         self.scene, self.steps, self.dt, self.settings, self.record_path = scene, steps, dt, settings, record
+        self.record_contacts = record_contacts
         self.stop = threading.Event()
         self.progress = Progress()
         self.error: BaseException | None = None
@@ -98,7 +109,7 @@ class Simulation(threading.Thread):
         self.progress.bodies = len(world.bodies)
         self.begin = Start(world.bodies.position.copy(), world.energy())
         if self.record_path is not None:
-            self.recorder = Recorder(self.record_path, world, self.scene)
+            self.recorder = Recorder(self.record_path, world, self.scene, contacts=self.record_contacts)
         for step in range(self.steps):
             if self.stop.is_set():
                 return

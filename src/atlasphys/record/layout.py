@@ -5,6 +5,11 @@
 - ``bodies``: (b,) a body each, as JSON text in that schema, as it was when it was first recorded;
 - ``time``: (s,) simulated time of each recorded step [s];
 - ``poses``: (s, b, 7) position [m] and orientation (w, x, y, z), in double precision; NaN where a body was not there.
+
+And, if contacts were asked for:
+
+- ``contact_end``: (s,) how many contact points were recorded up to and including each step;
+- ``contacts``: (k, 13) the contact points one after another, in single precision, with the columns of ``CONTACT_COLUMNS``.
 """
 
 FORMAT = "atlasphys recording"
@@ -12,3 +17,8 @@ VERSION = 1
 
 CHUNK_STEPS, CHUNK_BODIES = 50, 64
 """Steps and bodies stored together. Reading one step of all bodies unpacks 50; reading one body unpacks 64."""
+
+CONTACT_COLUMNS = {
+    "body_a": 1, "body_b": 1, "point": 3, "normal": 3, "depth": 1, "normal_impulse": 1, "friction_impulse": 3,
+}  # fmt: skip
+"""Fields of ``World.contacts`` in the order of their columns, and how many columns each has. Bodies are rows of ``bodies``."""

@@ -15,9 +15,10 @@ import numpy.typing as npt
 
 from atlasphys.errors import RecordingError
 from atlasphys.record.journal import JournaledFile, has_journal
-from atlasphys.record.layout import FORMAT, VERSION
+from atlasphys.record.layout import CONTACT_COLUMNS, FORMAT, VERSION
 from atlasphys.scene.faults import Source, did_you_mean, show
 from atlasphys.scene.scene import Scene
+from atlasphys.world.views import CONTACT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -158,6 +159,45 @@ class Recording:
         with self._reading():
             values = self._file["poses"][step.__index__() % count]
         return Poses(values[:, 0:3], values[:, 3:7])
+
+    def read_poses(self, first: int, last: int) -> Array:
+        """(last − first, b, 7) positions and orientations of all bodies at the steps from ``first`` to before ``last``, read together.
+
+        Raises:
+            IndexError: there are no such steps.
+            RecordingError: the file is damaged.
+        """
+        if not 0 <= first <= last <= len(self):
+            raise IndexError(f"the recording has {len(self)} steps (got {show(first)} to {show(last)})")
+        with self._reading():
+            values: Array = self._file["poses"][first:last]
+        return values
+
+    @cached_property
+    def has_contacts(self) -> bool:
+        """Whether contact points were recorded."""
+        with self._reading():
+            return "contacts" in self._file and "contact_end" in self._file
+
+    def contacts(self, step: int) -> np.recarray[Any, Any]:
+        """Contact points at one recorded step, as :attr:`World.contacts` has them, bodies being rows of ``names``; none if none were recorded.
+
+        Raises:
+            IndexError: there is no such step.
+            RecordingError: the file is damaged.
+        """
+        if not 0 <= step < len(self):
+            raise IndexError(f"the recording has {len(self)} steps (got {show(step)})")
+        rows = np.empty((0, sum(CONTACT_COLUMNS.values())))
+        if self.has_contacts:
+            with self._reading():
+                begin = self._file["contact_end"][step - 1] if step else 0
+                rows = self._file["contacts"][begin : self._file["contact_end"][step]]
+        points, first = np.zeros(len(rows), CONTACT), 0
+        for name, width in CONTACT_COLUMNS.items():
+            points[name] = rows[:, first : first + width].reshape(points[name].shape)
+            first += width
+        return points.view(np.recarray)
 
     def body(self, name: str | int) -> Trajectory:
         """One body at all steps.

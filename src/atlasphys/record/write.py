@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from atlasphys.errors import RecordingError
 from atlasphys.record.journal import JournaledFile
-from atlasphys.record.layout import CHUNK_BODIES, CHUNK_STEPS, FORMAT, VERSION
+from atlasphys.record.layout import CHUNK_BODIES, CHUNK_STEPS, CONTACT_COLUMNS, FORMAT, VERSION
 from atlasphys.scene.build import describe_body
 from atlasphys.scene.scene import Scene
 
@@ -40,6 +40,7 @@ class Recorder:
         path: the file, usually ``.h5``.
         world: the world.
         scene: what the world was built from, kept in the recording. Default: the world as it is now.
+        contacts: whether contact points are recorded too, which the viewer can show. They take several times the room of the poses.
 
     Raises:
         RecordingError: the file cannot be written.
@@ -57,7 +58,9 @@ class Recorder:
     3 2.98672
     """
 
-    def __init__(self, path: str | os.PathLike[str], world: World, scene: Scene | None = None) -> None:
+    def __init__(
+        self, path: str | os.PathLike[str], world: World, scene: Scene | None = None, *, contacts: bool = False
+    ) -> None:
         import h5py
 
         self.path = Path(path)
@@ -71,10 +74,14 @@ class Recorder:
         self._new_bodies: list[str] = []
         self._times = np.empty(CHUNK_STEPS)
         self._poses = np.full((CHUNK_STEPS, CHUNK_BODIES, 7), np.nan)
+        self._contacts: list[npt.NDArray[np.float32]] | None = [] if contacts else None
+        """Contact points of the steps of the present chunk."""
+        self._contacts_before = 0
+        """Number of those of the chunks before."""
         self._filled = self._stored = 0
         self._last_commit = time.monotonic()
         try:
-            _replace(self.path.resolve(), _empty_recording(scene or Scene.from_world(world)))
+            _replace(self.path.resolve(), _empty_recording(scene or Scene.from_world(world), contacts))
             self._journal = JournaledFile(open(self.path, "r+b", buffering=0))  # noqa: SIM115
         except (OSError, ValueError) as error:  # ValueError: a null character in the name
             raise RecordingError(f"{self.path}: cannot be written: {_reason(error)}") from None
@@ -103,6 +110,8 @@ class Recorder:
         self._poses[row] = np.nan
         self._poses[row, self._columns, 0:3] = bodies.position
         self._poses[row, self._columns, 3:7] = bodies.orientation
+        if self._contacts is not None:
+            self._contacts.append(self._contact_rows())
         self._filled += 1
         self.steps += 1
         if self._filled == CHUNK_STEPS or time.monotonic() - self._last_commit > LONGEST_WAIT:
@@ -139,6 +148,13 @@ class Recorder:
             room = np.full((CHUNK_STEPS, max(missing, self._poses.shape[1]), 7), np.nan)
             self._poses = np.concatenate([self._poses, room], axis=1)
 
+    def _contact_rows(self) -> npt.NDArray[np.float32]:
+        """(k, 13) the contact points of the last step."""
+        points = self._world.contacts
+        columns = [points[name].reshape(len(points), width) for name, width in CONTACT_COLUMNS.items()]
+        columns[:2] = [self._columns[rows] for rows in columns[:2]]
+        return np.concatenate(columns, axis=1).astype(np.float32)
+
     def _commit(self) -> None:
         """Write the steps of the present chunk. A full chunk ends here; another is written again later, with more."""
         first, last, count = self._stored, self._stored + self._filled, len(self._column_of)
@@ -153,6 +169,14 @@ class Recorder:
             times[first:] = self._times[: self._filled]
             poses.resize((last, count, 7))
             poses[first:] = self._poses[: self._filled, :count]
+            if self._contacts is not None:
+                ends = self._contacts_before + np.cumsum([len(rows) for rows in self._contacts], dtype=np.int64)
+                for name, values, start in (
+                    ("contact_end", ends, first),
+                    ("contacts", np.concatenate(self._contacts), self._contacts_before),
+                ):
+                    self._file[name].resize(start + len(values), axis=0)
+                    self._file[name][start:] = values
             self._file.flush()
             self._journal.commit()
         except (OSError, RuntimeError) as error:  # h5py wraps what the file below it raises
@@ -163,6 +187,9 @@ class Recorder:
         self._last_commit = time.monotonic()
         if self._filled == CHUNK_STEPS:
             self._stored, self._filled = last, 0
+            if self._contacts is not None:
+                self._contacts_before += sum(len(rows) for rows in self._contacts)
+                self._contacts.clear()
 
     def _close(self) -> None:
         self._file.close()
@@ -170,7 +197,7 @@ class Recorder:
         self._journal.close()
 
 
-def _empty_recording(scene: Scene) -> bytes:
+def _empty_recording(scene: Scene, contacts: bool) -> bytes:
     """The file before the first step. Made in memory, so that a whole file appears at once."""
     import h5py
 
@@ -188,6 +215,10 @@ def _empty_recording(scene: Scene) -> bytes:
         file.create_dataset(
             "poses", (0, 0, 7), "f8", maxshape=(None, None, 7), chunks=chunks, fillvalue=np.nan, **packed
         )
+        if contacts:
+            width = sum(CONTACT_COLUMNS.values())
+            file.create_dataset("contact_end", (0,), "i8", maxshape=(None,), chunks=(20 * CHUNK_STEPS,))
+            file.create_dataset("contacts", (0, width), "f4", maxshape=(None, width), chunks=(2048, width), **packed)
     return image.getvalue()
 
 

@@ -15,7 +15,8 @@ from atlasphys.errors import InvalidArgumentError
 from atlasphys.scene.faults import Fault, Source, argument_fault, did_you_mean
 from atlasphys.scene.schema import SHAPES, BodyModel, SceneModel, WorldModel
 from atlasphys.world.body import Body
-from atlasphys.world.world import DEFAULT_PRESET, PRESETS, World
+from atlasphys.world.settings import DEFAULT_PRESET, PRESETS
+from atlasphys.world.world import World
 
 
 def build_world(scene: SceneModel, source: Source, settings: dict[str, Any]) -> World:

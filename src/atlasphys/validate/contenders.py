@@ -11,7 +11,8 @@ from typing import Any
 from atlasphys.engine.solvers import SOLVERS
 from atlasphys.errors import InvalidArgumentError
 from atlasphys.validate.case import MakeWorld
-from atlasphys.world.world import PRESETS, World
+from atlasphys.world.settings import PRESETS
+from atlasphys.world.world import World
 
 WORLD_SETTINGS = {"narrowphase": str, "broadphase": str, "precision": str, "threads": int}
 """Arguments of ``World`` that may be given beside a solver's settings."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 import numpy as np
 import numpy.typing as npt
 
-from atlasphys.engine.state.bodies import DYNAMIC, KINDS
+from atlasphys.engine.state.bodies import AWAKE, DYNAMIC, KINDS
 from atlasphys.engine.state.manifolds import DEPTH, LOCAL_A, LOCAL_B, NORMAL, POINT_COLUMNS
 from atlasphys.engine.state.state import State
 from atlasphys.errors import InvalidArgumentError
@@ -173,6 +173,12 @@ class Bodies:
         return self._column("id")
 
     @property
+    def asleep(self) -> npt.NDArray[np.bool_]:
+        """(n,) whether each body sleeps."""
+        sleeping: npt.NDArray[np.bool_] = self._column("island") != AWAKE
+        return sleeping
+
+    @property
     def names(self) -> list[str | None]:
         """The bodies' names, None where a body has none."""
         return [info.name for info in self._world._infos]
@@ -189,6 +195,12 @@ CONTACT = np.dtype(
         ("friction_impulse", np.float64, 3),
     ]
 )
+
+
+def contact_count(state: State) -> int:
+    """Number of those records."""
+    manifolds, count = state.manifolds, state.manifold_count
+    return int(manifolds.count[:count][manifolds.touching[:count]].sum())
 
 
 def contact_points(state: State) -> np.recarray[Any, Any]:

@@ -7,6 +7,7 @@ import dataclasses
 import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from types import MappingProxyType
 from typing import Any
 
@@ -20,7 +21,6 @@ from atlasphys.engine.run import run
 from atlasphys.engine.shapes.mass import mass_properties
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.shape import Shape
-from atlasphys.engine.solvers import SOLVERS
 from atlasphys.engine.solvers.residuals import Residuals, contact_residuals
 from atlasphys.engine.state.bodies import DYNAMIC, KINDS, STATIC
 from atlasphys.engine.state.state import Environment, State
@@ -28,7 +28,6 @@ from atlasphys.engine.step import STAGES, DivergedError, Pipeline, step
 from atlasphys.errors import DivergenceError, InvalidArgumentError
 from atlasphys.world import totals
 from atlasphys.world.arguments import (
-    LARGEST_COORDINATE,
     bits,
     bounded_vector,
     choice,
@@ -38,31 +37,26 @@ from atlasphys.world.arguments import (
     unit_quaternion,
 )
 from atlasphys.world.body import COEFFICIENTS, RESPONSES, Body
+from atlasphys.world.html import world_html
+from atlasphys.world.settings import (
+    DEFAULT_PRESET,
+    LONGEST_RUN,
+    LONGEST_STEP,
+    NARROWPHASES,
+    PRECISIONS,
+    PRESETS,
+    SHORTEST_STEP,
+    gravity_of,
+    is_fused,
+    sleeping_of,
+    solver_of,
+    threads_of,
+    threshold_of,
+    with_substeps,
+)
 from atlasphys.world.trace import Records, trace_of, trace_records
-from atlasphys.world.views import Bodies, Energy, Event, contact_points
-
-NARROWPHASES = ("auto", "gjk_epa", "sat")
-
-PRESETS: dict[str, dict[str, Any]] = {
-    "default": {"broadphase": "tree", "narrowphase": "auto", "solver": "soft_step"},
-    "classic": {"broadphase": "sweep", "narrowphase": "gjk_epa", "solver": "sequential_impulse"},
-    "xpbd": {"broadphase": "tree", "narrowphase": "sat", "solver": "xpbd"},
-    "avbd": {"broadphase": "tree", "narrowphase": "auto", "solver": "avbd"},
-}
-"""Name → arguments of ``World`` that it stands for."""
-
-DEFAULT_PRESET = "default"
-
-PRECISIONS = {"single": np.float32, "double": np.float64}
-
-SHORTEST_STEP, LONGEST_STEP = 1e-7, 10.0
-"""Range of dt [s]. Outside it h² or 1/h² leaves single precision's range in usual scenes."""
-
-MOST_THREADS = 256
-"""Limit of the setting."""
-
-LONGEST_RUN = 1e9
-"""Most seconds that ``World.run`` simulates: thirty years."""
+from atlasphys.world.views import Bodies, Energy, Event, contact_count, contact_points
+from atlasphys.world.written import check_written
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +145,7 @@ class World:
         chosen = PRESETS[DEFAULT_PRESET if preset is None else choice("preset", preset, PRESETS)]
         unit = in_range("length_unit", length_unit, 1e-3, 1e3)
         self._precision = choice("precision", precision, PRECISIONS)
-        name, settings = _solver(chosen["solver"] if solver is None else solver)
+        name, settings = solver_of(chosen["solver"] if solver is None else solver)
         if position_correction is not None:
             if dataclasses.is_dataclass(solver):
                 raise InvalidArgumentError(
@@ -160,7 +154,7 @@ class World:
             if not hasattr(settings, "position_correction"):
                 raise InvalidArgumentError(f"position_correction is a setting of sequential_impulse, not of {name}")
             settings = dataclasses.replace(settings, position_correction=position_correction)
-        settings = _with_substeps(name, settings, substeps, dataclasses.is_dataclass(solver))
+        settings = with_substeps(name, settings, substeps, dataclasses.is_dataclass(solver))
         self._pipeline = Pipeline(
             broadphase=choice("broadphase", chosen["broadphase"] if broadphase is None else broadphase, BROADPHASES),
             narrowphase=choice(
@@ -168,13 +162,13 @@ class World:
             ),
             solver=name,
             solver_settings=settings,
-            sleeping=_sleeping(name, sleeping),
-            threads=_threads(name, 1 if threads is None else threads),
+            sleeping=sleeping_of(name, sleeping),
+            threads=threads_of(name, 1 if threads is None else threads),
         )
         environment = Environment(
-            gravity=_gravity(gravity),
+            gravity=gravity_of(gravity),
             length_unit=unit,
-            restitution_threshold=_threshold(
+            restitution_threshold=threshold_of(
                 RESTITUTION_THRESHOLD * unit if restitution_threshold is None else restitution_threshold
             ),
             friction_rule=COMBINE_RULES[choice("friction_combine", friction_combine, COMBINE_RULES)],
@@ -208,7 +202,7 @@ class World:
 
     @gravity.setter
     def gravity(self, value: object) -> None:
-        self._set_environment(gravity=_gravity(value))
+        self._set_environment(gravity=gravity_of(value))
         self._state.wake()
 
     @property
@@ -218,13 +212,13 @@ class World:
 
     @solver.setter
     def solver(self, value: object) -> None:
-        name, settings = _solver(value)
+        name, settings = solver_of(value)
         if name != self._pipeline.solver:
             self._state.solver_changed()
-            if not _fused(name):
+            if not is_fused(name):
                 self._state.wake()
         sleeping, threads = self._pipeline.sleeping, self._pipeline.threads
-        if not _fused(name):
+        if not is_fused(name):
             sleeping, threads = False, 1
         self._pipeline = dataclasses.replace(
             self._pipeline, solver=name, solver_settings=settings, sleeping=sleeping, threads=threads
@@ -260,7 +254,7 @@ class World:
 
     @restitution_threshold.setter
     def restitution_threshold(self, value: float) -> None:
-        self._set_environment(restitution_threshold=_threshold(value))
+        self._set_environment(restitution_threshold=threshold_of(value))
 
     @property
     def friction_combine(self) -> str:
@@ -307,7 +301,7 @@ class World:
 
     @threads.setter
     def threads(self, value: int) -> None:
-        self._pipeline = dataclasses.replace(self._pipeline, threads=_threads(self.solver, value))
+        self._pipeline = dataclasses.replace(self._pipeline, threads=threads_of(self.solver, value))
 
     @property
     def sleeping(self) -> bool:
@@ -316,7 +310,7 @@ class World:
 
     @sleeping.setter
     def sleeping(self, value: bool) -> None:
-        self._pipeline = dataclasses.replace(self._pipeline, sleeping=_sleeping(self.solver, value))
+        self._pipeline = dataclasses.replace(self._pipeline, sleeping=sleeping_of(self.solver, value))
         if not value:
             self._state.wake()
             self._state.bodies.rest[: self._state.count] = 0
@@ -479,11 +473,11 @@ class World:
         self._advance(in_range("dt", dt, SHORTEST_STEP, LONGEST_STEP), 1)
 
     def _advance(self, h: float, steps: int) -> None:
-        self._check_written()
+        check_written(self)
         try:
             if self._tracing:
                 self._advance_traced(h, steps)
-            elif _fused(self._pipeline.solver):
+            elif is_fused(self._pipeline.solver):
                 self._profile = run(self._state, self._pipeline, h, steps)
             else:
                 for _ in range(steps):
@@ -504,7 +498,7 @@ class World:
         for _ in range(steps):
             state.trace = []
             try:
-                if _fused(self._pipeline.solver):
+                if is_fused(self._pipeline.solver):
                     self._profile = run(state, self._pipeline, h, 1)
                 else:
                     self._profile = step(state, self._pipeline, h)
@@ -522,44 +516,6 @@ class World:
         h = in_range("dt", dt, SHORTEST_STEP, LONGEST_STEP)
         if steps := round(length / h):
             self._advance(h, steps)
-
-    def _check_written(self) -> None:
-        """Check what the user has written into the bulk views since the last step."""
-        state = self._state
-        rows = state.written_rows()
-        if len(rows) == 0:
-            return
-        bodies, before = state.bodies, state.remembered
-        for column, now, then in (
-            ("position", bodies.position[rows], before.position[rows]),
-            ("orientation", bodies.orientation[rows], before.orientation[rows]),
-            ("velocity", bodies.motion[rows, 0:3], before.motion[rows, 0:3]),
-            ("angular_velocity", bodies.motion[rows, 3:6], before.motion[rows, 3:6]),
-        ):
-            # A quaternion of any length is normalised below; what was not written may have moved out of the range.
-            limit = np.inf if column == "orientation" else LARGEST_COORDINATE
-            wrong = rows[((now != then) & ~(np.isfinite(now) & (np.abs(now) <= limit))).any(axis=1)]
-            if len(wrong):
-                raise InvalidArgumentError(
-                    f"bodies.{column}[{wrong[0]}] was set to {getattr(self.bodies, column)[wrong[0]]}; "
-                    f"its numbers must be finite{'' if limit == np.inf else f' and at most {limit:g}'}"
-                )
-        orientation = bodies.orientation[rows].astype(np.float64)
-        greatest = np.abs(orientation).max(axis=1, keepdims=True)
-        wrong = rows[greatest[:, 0] == 0]
-        if len(wrong):
-            raise InvalidArgumentError(f"bodies.orientation[{wrong[0]}] was set to zero, which is no rotation")
-        moving = rows[(bodies.kind[rows] == STATIC) & (bodies.motion[rows, 0:6] != 0).any(axis=1)]
-        if len(moving):
-            raise InvalidArgumentError(f"bodies.velocity[{moving[0]}]: the body is static and cannot move")
-        orientation /= greatest
-        lengths = np.sqrt((orientation**2).sum(axis=1, keepdims=True))
-        changed = (np.abs(lengths * greatest - 1) > 1e-6)[:, 0]
-        bodies.orientation[rows[changed]] = orientation[changed] / lengths[changed]
-        for row in rows:
-            state.wake(int(row))
-        state.remember()
-        state.stale = True
 
     # Reading ---------------------------------------------------------------------------------------------------------
 
@@ -582,6 +538,11 @@ class World:
         ``normal_impulse`` [N s] and ``friction_impulse`` (3,) [N s], applied to b, and their opposites to a.
         """
         return contact_points(self._state)
+
+    @property
+    def contact_count(self) -> int:
+        """Number of contact points of the last step: the length of :attr:`contacts`, without making it."""
+        return contact_count(self._state)
 
     @property
     def events(self) -> list[Event]:
@@ -647,6 +608,30 @@ class World:
             f"{self.precision} precision>"
         )
 
+    def _repr_html_(self) -> str:
+        return world_html(self)
+
+    def view(self, *, port: int = 0, height: int = 600) -> Any:
+        """Show a copy of the world on an interactive page: in the notebook where there is one, else at the address that is printed.
+
+        The copy is stopped, and goes on in the page only; the world itself stays as it is and may be stepped meanwhile. Ask again to see it as it
+        then is.
+
+        Args:
+            port: port of the page on this machine. Default: any that is free.
+            height: height of the frame in a notebook [pixels].
+
+        Returns:
+            The page; its ``url`` is the address, ``close()`` ends it.
+
+        Raises:
+            MissingExtraError: viser is not installed.
+            InvalidArgumentError: the port is in use.
+        """
+        # By name, for the viewer stands above the world.
+        show = import_module("atlasphys.viewer.notebook").show
+        return show(copy.deepcopy(self), port=port, height=height)
+
     # Copies ----------------------------------------------------------------------------------------------------------
 
     def snapshot(self) -> Snapshot:
@@ -683,62 +668,6 @@ class World:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._start_generation()
-
-
-def _solver(value: object) -> tuple[str, Any]:
-    """Name and settings of a solver given by either."""
-    for name, entry in SOLVERS.items():
-        if isinstance(value, entry.settings):
-            return name, value
-    name = choice("solver", value, SOLVERS)
-    return name, SOLVERS[name].settings()
-
-
-def _fused(solver: str) -> bool:
-    """Whether a solver is part of the fused step, which alone knows sleep and threads."""
-    return SOLVERS[solver].advance is None
-
-
-def _sleeping(solver: str, value: object) -> bool:
-    """The setting ``sleeping``; None stands for the solver's default."""
-    if value is None:
-        return _fused(solver)
-    if type(value) is not bool:
-        raise InvalidArgumentError(f"sleeping must be True or False (got {value!r})")
-    if value and not _fused(solver):
-        raise InvalidArgumentError(f"sleeping must be False with {solver}: only soft_step lets bodies sleep")
-    return value
-
-
-def _threads(solver: str, value: object) -> int:
-    """The setting ``threads``."""
-    if type(value) is not int or not 1 <= value <= MOST_THREADS:
-        raise InvalidArgumentError(f"threads must be an integer from 1 to {MOST_THREADS} (got {value!r})")
-    if value > 1 and not _fused(solver):
-        raise InvalidArgumentError(f"threads must be 1 with {solver}: only soft_step shares its work (got {value})")
-    return value
-
-
-def _with_substeps(name: str, settings: Any, substeps: int | None, given: bool) -> Any:
-    """The solver's settings with the argument ``substeps``."""
-    if substeps is None:
-        return settings
-    if not hasattr(settings, "substeps"):
-        if type(substeps) is int and substeps == 1:
-            return settings
-        raise InvalidArgumentError(f"substeps must be 1 with {name} (got {substeps!r})")
-    if given:
-        raise InvalidArgumentError("substeps is given twice: as an argument and in the solver's settings")
-    return dataclasses.replace(settings, substeps=substeps)
-
-
-def _gravity(value: object) -> tuple[float, float, float]:
-    x, y, z = bounded_vector("gravity", value)
-    return x, y, z
-
-
-def _threshold(value: object) -> float:
-    return in_range("restitution_threshold", value, 0, 1e9)
 
 
 def _is_unicode(text: str) -> bool:

@@ -131,15 +131,11 @@ class Constants(NamedTuple):
 
 
 @kernel
-def colour(
-    bodies, count, manifolds, manifold_count, body, moves, used, live, ends, colours, sizes, starts, plain, tumbling
-):  # fmt: skip
+def colour(bodies, count, manifolds, manifold_count, ends, moves, used, live, colours, sizes, starts, plain, tumbling):
     """Colour the contacts and list the bodies that move."""
     list_awake(bodies.kind, bodies.island, bodies.frame, count, plain, tumbling)
     for i in range(manifold_count):
         live[i] = i
-        ends[i // LANES, 0, i % LANES] = body[manifolds.a[i]]
-        ends[i // LANES, 1, i % LANES] = body[manifolds.b[i]]
     colour_contacts(ends, manifolds.count, live, manifold_count, moves, used, colours, sizes)
     block_ranges(sizes, starts)
 
@@ -295,8 +291,8 @@ def solve(bodies, count, ends, moves, manifolds, manifold_count, live, colours, 
     motion, geometry, inverse_mass = bodies.motion, bodies.geometry, bodies.inverse_mass
     h, inverse_h = constants.h, constants.positions[0]
     fill_blocks(
-        ends, manifolds.count, live, manifold_count, moves, colours, blocks.starts, cursor, blocks.integers_one,
-        blocks.integers_many,
+        ends, manifolds.count, live, manifold_count, moves, colours, blocks.starts, cursor,
+        blocks.integers_one, blocks.integers_many,
     )  # fmt: skip
     for rows in (blocks.plain, blocks.tumbling):
         for block in range(len(rows)):
@@ -348,12 +344,14 @@ def in_blocks(state: State, rolls: bool) -> tuple[Blocks, dict[str, npt.NDArray[
         for rows in (int(np.count_nonzero(kind != STATIC)) - tumbles, tumbles)
     )
     moves = (kind == DYNAMIC).astype(np.uint8)
+    rows = np.zeros((2, -(-m // LANES) * LANES), np.int32)
+    rows[:, :m] = state.colliders.body[manifolds.a[:m]], state.colliders.body[manifolds.b[:m]]
+    ends = np.ascontiguousarray(rows.reshape(2, -1, LANES).transpose(1, 0, 2))
     live, colours, used = np.empty(m, np.int32), np.empty(m, np.int8), np.zeros(n, np.uint64)
-    ends = np.empty((-(-m // LANES), 2, LANES), np.int32)
     sizes, cursor = np.empty((2, 2, COLOURS + 1), np.int64)
     starts = np.empty((2, COLOURS + 2), np.int64)
     colour(
-        bodies, n, manifolds, m, state.colliders.body, moves, used, live, ends, colours, sizes, starts, plain, tumbling
+        bodies, n, manifolds, m, ends, moves, used, live, colours, sizes, starts, plain, tumbling
     )  # fmt: skip
     one, many = (int(number) for number in starts[:, COLOURS + 1])
     blocks = state.workspace

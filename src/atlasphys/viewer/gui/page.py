@@ -1,0 +1,249 @@
+"""The page in the browser: its server, what is selected and shown, and the thread that draws frames."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import socket
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Any
+
+from atlasphys.errors import AtlasPhysError, InvalidArgumentError, MissingExtraError
+from atlasphys.viewer.frame import Frame
+from atlasphys.viewer.gui.camera import Cameras
+from atlasphys.viewer.gui.objects import Objects
+from atlasphys.viewer.gui.plots import Plots
+from atlasphys.viewer.gui.scenes import Scenes
+from atlasphys.viewer.gui.shortcuts import add_shortcuts
+from atlasphys.viewer.gui.show import Show
+from atlasphys.viewer.gui.stage import Stage
+from atlasphys.viewer.gui.timeline import Timeline
+from atlasphys.viewer.gui.transport import Transport
+from atlasphys.viewer.gui.world import WorldSettings
+from atlasphys.viewer.simulation import Model, Simulation
+
+HOST = "127.0.0.1"
+"""The page has no login, so it is served to this machine only."""
+
+FIRST_PORT = 8080
+
+FRAME_TIME = 1 / 30
+"""Least time between two drawings [s]."""
+
+PANEL_WIDTH = 420
+"""Of the panel beside the scene [pixels]."""
+
+REFRESH_TIME = 0.2
+"""Time between two refreshes of numbers and plots [s]."""
+
+
+@dataclass
+class Shown:
+    """What is drawn beside the bodies."""
+
+    plane: bool = True
+    grid: bool = True
+    axes: bool = False
+    velocity: bool = False
+    force: bool = False
+    impulse: bool = False
+    contacts: bool = False
+    normals: bool = False
+    boxes: bool = False
+    islands: bool = False
+    sleeping: bool = True
+    centers: bool = False
+    shadows: bool = True
+    plots: bool = True
+    arrow_size: float = 1.0
+
+    @property
+    def needs_contacts(self) -> bool:
+        """Whether something is drawn from contact points."""
+        return self.impulse or self.contacts or self.normals or self.islands
+
+
+class Page:
+    """A page that shows a model, at :attr:`url`, until :meth:`close`.
+
+    Args:
+        model: a session or a replay. The page alone may use it from now on, by :meth:`do`.
+        port: port to be served at; None: 8080, or the next that is free; 0: any.
+        shown: what is drawn beside the bodies at first.
+        dark: whether colours are dark at first.
+
+    Raises:
+        MissingExtraError: viser is not installed.
+        InvalidArgumentError: the port is in use.
+    """
+
+    def __init__(
+        self, model: Model, *, port: int | None = None, shown: Shown | None = None, dark: bool = False
+    ) -> None:
+        self.server = _serve(port)
+        self.is_replay = not hasattr(model, "world")
+        self.shown = shown or Shown()
+        self.selected: int | None = None
+        """Id of the selected body."""
+        self.dark = dark
+        self.simulation = Simulation(model)
+        self._dirty = True
+        self._ended = threading.Event()
+        self.frames_drawn = 0
+        self.apply_theme()
+        self.server.gui.main_panel.set_width(PANEL_WIDTH)
+        with self.server.atomic():
+            self.stage = Stage(self)
+            self.cameras = Cameras(self)
+            self.transport = Timeline(self) if self.is_replay else Transport(self)
+            tabs = self.server.gui.add_tab_group()
+            self.parts: list[Any] = [self.transport]
+            with tabs.add_tab("Objects"):
+                self.parts.append(Objects(self))
+            if not self.is_replay:
+                with tabs.add_tab("World"):
+                    self.parts.append(WorldSettings(self))
+            with tabs.add_tab("Show"):
+                self.show = Show(self)
+            with tabs.add_tab("Camera"):
+                self.cameras.add_controls()
+            if not self.is_replay:
+                with tabs.add_tab("Plots"):
+                    self.parts.append(Plots(self))
+                with tabs.add_tab("Scene"):
+                    Scenes(self)
+            with tabs.add_tab("Help"):
+                add_shortcuts(self)
+        self.objects: Objects = self.parts[1]
+        self.server.on_client_connect(lambda client: self.redraw())
+        self.update_wanted()
+        self._painter = threading.Thread(target=self._paint, name="painter", daemon=True)
+        self._painter.start()
+
+    @property
+    def url(self) -> str:
+        """Address of the page."""
+        return f"http://{HOST}:{self.server.get_port()}"
+
+    @property
+    def frame(self) -> Frame:
+        """The newest frame."""
+        return self.simulation.frame
+
+    # What parts call -------------------------------------------------------------------------------------------------
+
+    def do(self, command: Callable[[Any], Any], client: Any = None) -> Future[Any]:
+        """Queue a command for the model. If it is refused, the reason is shown to the client, or to all."""
+        future = self.simulation.do(command)
+        future.add_done_callback(lambda done: self._report(done, client))
+        return future
+
+    def _report(self, done: Future[Any], client: Any) -> None:
+        error = None if done.cancelled() else done.exception()
+        if error is not None and not self._ended.is_set():
+            self.say("Refused" if isinstance(error, AtlasPhysError) else "Failed", str(error) or repr(error), client)
+
+    def say(self, title: str, text: str, client: Any = None) -> None:
+        """Show a notice to a client, or to all."""
+        for one in self.server.get_clients().values() if client is None else (client,):
+            one.add_notification(title, text, color="red", auto_close_seconds=8.0)
+
+    def select(self, identity: int | None) -> None:
+        """Select a body, or none."""
+        self.selected = identity
+        self.update_wanted()
+        self.redraw()
+
+    def redraw(self) -> None:
+        """Draw again, though the frame is the same."""
+        self._dirty = True
+
+    def update_wanted(self) -> None:
+        """Tell the model what frames must hold."""
+        contacts, totals = self.shown.needs_contacts or self.selected is not None, self.shown.plots
+
+        def want(model: Any) -> None:
+            model.contacts_wanted, model.totals_wanted = contacts, totals
+            model.changes += 1
+
+        self.do(want)
+
+    def apply_theme(self) -> None:
+        """Dark or light."""
+        self.server.gui.configure_theme(
+            dark_mode=self.dark, show_logo=False, show_share_button=False, brand_color=(54, 104, 176)
+        )
+
+    def close(self) -> None:
+        """Stop serving, and end the threads."""
+        if not self._ended.is_set():
+            self._ended.set()
+            self._painter.join(timeout=5.0)
+            self.simulation.end()
+            with contextlib.redirect_stdout(io.StringIO()):
+                self.server.stop()
+
+    # Drawing ---------------------------------------------------------------------------------------------------------
+
+    def _paint(self) -> None:
+        drawn: Frame | None = None
+        refreshed = 0.0
+        while not self._ended.is_set():
+            start = time.perf_counter()
+            frame = self.simulation.frame if self._dirty else self.simulation.wait_for_news(drawn or self.frame, 0.1)
+            if frame is not drawn or self._dirty:
+                self._dirty = False
+                with self.server.atomic():
+                    self.stage.draw(frame)
+                    self.cameras.follow(frame)
+                drawn = frame
+                self.frames_drawn += 1
+            if start - refreshed >= REFRESH_TIME:
+                refreshed = start
+                with self.server.atomic():
+                    for part in self.parts:
+                        part.refresh(frame)
+            self._ended.wait(max(0.0, FRAME_TIME - (time.perf_counter() - start)))
+
+
+def _serve(port: int | None) -> Any:
+    """A viser server on this machine.
+
+    Raises:
+        MissingExtraError, InvalidArgumentError: see :class:`Page`.
+    """
+    try:
+        import viser
+    except ImportError:
+        raise MissingExtraError("the viewer needs the package viser: pip install 'atlasphys[viewer]'") from None
+    if port:
+        _refuse_busy(port)
+    with contextlib.redirect_stdout(io.StringIO()):  # its banner
+        server = viser.ViserServer(
+            host=HOST, port=FIRST_PORT if port is None else port, label="AtlasPhys", verbose=False
+        )
+    if port and server.get_port() != port:
+        server.stop()
+        raise _busy(port)
+    return server
+
+
+def _refuse_busy(port: int) -> None:
+    if not 0 <= port <= 65535:
+        raise InvalidArgumentError(f"port must be a number from 0 to 65535 (got {port})")
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((HOST, port))
+        except OSError:
+            raise _busy(port) from None
+
+
+def _busy(port: int) -> InvalidArgumentError:
+    return InvalidArgumentError(
+        f"port {port} cannot be used, perhaps another viewer does; give another, or 0 for any that is free"
+    )

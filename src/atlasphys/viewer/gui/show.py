@@ -1,0 +1,60 @@
+"""Switches for what is drawn beside the bodies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from atlasphys.viewer.gui.page import Page
+
+SWITCHES = {
+    "plane": ("Plane", "The ground and other planes"),
+    "grid": ("Grid", "Lines on the planes"),
+    "axes": ("Coordinate axes", "x red, y green, z blue"),
+    "velocity": ("Velocity arrows", "Blue; 0.25 m for each m/s"),
+    "force": ("Mass × acceleration arrows", "Green; as long as a body is wide where it is the typical weight"),
+    "impulse": ("Contact impulse arrows", "Red; on each body, from each contact point"),
+    "contacts": ("Contact points", "Orange"),
+    "normals": ("Contact normals", "Violet; from body a to body b"),
+    "boxes": ("Bounding boxes", "Of the first 600 bodies"),
+    "islands": ("Islands by colour", "Bodies that touch one another have one colour"),
+    "sleeping": ("Mark sleeping bodies", "They turn grey"),
+    "centers": ("Centres of mass", "Black"),
+    "shadows": ("Shadows", "Switch them off on a slow computer"),
+}
+OF_CONTACTS = ("impulse", "contacts", "normals", "islands")
+
+
+class Show:
+    """The switches. A recording without contacts has none of theirs."""
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        gui = page.server.gui
+        self.switches: dict[str, Any] = {}
+        lacking = (*OF_CONTACTS, "sleeping") if page.is_replay and not page.simulation.model.has_contacts else ()  # type: ignore[attr-defined]
+        for name, (label, hint) in SWITCHES.items():
+            if name in lacking:
+                continue
+            box = gui.add_checkbox(label, getattr(page.shown, name), hint=hint)
+            box.on_update(lambda event, name=name: self._set(name, event.target.value))
+            self.switches[name] = box
+        size = gui.add_slider("Arrow size", 0.1, 5.0, 0.1, page.shown.arrow_size)
+        size.on_update(lambda event: self._set("arrow_size", event.target.value))
+        dark = gui.add_checkbox("Dark", page.dark)
+        dark.on_update(lambda event: self._set_dark(event.target.value))
+        self.switches["dark"] = dark
+
+    def toggle(self, name: str) -> None:
+        """Turn a switch."""
+        if name in self.switches:
+            self.switches[name].value = not self.switches[name].value
+
+    def _set(self, name: str, value: Any) -> None:
+        setattr(self._page.shown, name, value)
+        self._page.update_wanted()
+        self._page.redraw()
+
+    def _set_dark(self, value: bool) -> None:
+        self._page.dark = value
+        self._page.apply_theme()

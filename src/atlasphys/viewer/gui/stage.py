@@ -1,0 +1,248 @@
+"""The scene: bodies, planes and what is shown about them, as nodes of the page."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from atlasphys.engine.shapes.plane import Plane
+from atlasphys.viewer import colours, overlays, shapes
+from atlasphys.viewer.frame import Frame, Table
+
+if TYPE_CHECKING:
+    from atlasphys.viewer.gui.page import Page
+
+GREEN, RED, BLUE, ORANGE, VIOLET, YELLOW = (
+    (34, 160, 60), (214, 39, 40), (31, 119, 220), (255, 140, 0), (150, 80, 200), (255, 200, 0),
+)  # fmt: skip
+
+
+class Stage:
+    """Draws frames. Only the page's thread may call it."""
+
+    def __init__(self, page: Page) -> None:
+        self._page, self._scene = page, page.server.scene
+        self._table: Table | None = None
+        self._nodes: list[tuple[shapes.Batch, Any]] = []
+        self._planes: list[tuple[int, Any, Any]] = []
+        self._lines: dict[str, Any] = {}
+        self._own = np.empty((0, 3), np.uint8)
+        self.scale = overlays.Scale(1.0, 1.0)
+        self._lights_shadows: bool | None = None
+        self._up: tuple[float, ...] = ()
+        self._generation = 0
+        self._axes = self._scene.add_frame("/axes", axes_length=1.0, axes_radius=0.02, visible=False)
+        self._scene.configure_environment_map(None)
+        self._add_lights()
+
+    def _add_lights(self) -> None:
+        """A sun and a bright sky, of our own: the default ones follow the camera's headlight and leave undersides black."""
+        self._scene.configure_default_lights(enabled=False)
+        self._scene.add_light_hemisphere(
+            "/lights/sky", sky_color=(255, 255, 255), ground_color=(150, 140, 130), intensity=1.0
+        )
+
+    def _place_sun(self, frame: Frame) -> None:
+        shadows = self._page.shown.shadows
+        if self._lights_shadows == shadows:
+            return
+        self._lights_shadows = shadows
+        self._scene.add_light_directional(
+            "/lights/sun", color=(255, 250, 240), intensity=2.0, cast_shadow=shadows, position=(0.45, 1.0, 0.65)
+        )
+
+    # Bodies ----------------------------------------------------------------------------------------------------------
+
+    def draw(self, frame: Frame) -> None:
+        """Show a frame."""
+        if frame.table is not self._table:
+            self._build(frame)
+        shown, table = self._page.shown, frame.table
+        row = table.row(self._page.selected)
+        colour = colours.shown_colours(
+            frame, self._own, by_island=shown.islands, mark_sleeping=shown.sleeping, selected=row
+        )
+        for batch, node in self._nodes:
+            position, orientation = batch.poses(frame)
+            # Rounded as they are sent, so that what did not change is recognised.
+            node.batched_positions = position.astype(np.float32)
+            node.batched_wxyzs = orientation.astype(np.float32)
+            node.batched_colors = (batch.tint[:, None] * colour[batch.rows]).astype(np.uint8)
+        self._place_sun(frame)
+        self._draw_planes(frame)
+        self._axes.visible = shown.axes
+        self._draw_overlays(frame, row)
+
+    def _build(self, frame: Frame) -> None:
+        """Make the nodes anew: bodies came or went."""
+        for _, node in self._nodes:
+            node.remove()
+        for _, quad, grid in self._planes:
+            quad.remove()
+            grid.remove()
+        self._table, self._own = frame.table, colours.own_colours(frame.table)
+        self.scale = overlays.typical(frame.table)
+        self._generation += 1
+        self._nodes = [
+            (batch, self._batch_node(batch, k, frame)) for k, batch in enumerate(shapes.batches(frame.table))
+        ]
+        self._planes = []
+        lower, upper = overlays.world_box(frame)
+        reach = 12.0 * max(float((upper - lower).max()), 4 * self.scale.width)
+        self._add_planes(frame, reach)
+        self._axes.axes_length, self._axes.axes_radius = 1.5 * self.scale.width, 0.03 * self.scale.width
+        self._axes.origin_radius = 0.06 * self.scale.width
+
+    def _batch_node(self, batch: shapes.Batch, number: int, frame: Frame) -> Any:
+        mesh = shapes.mesh(batch.mesh)
+        position, orientation = batch.poses(frame)
+        node = self._scene.add_batched_meshes_simple(
+            f"/bodies/{self._generation}/{number}",
+            mesh.vertices.astype(np.float32),
+            mesh.faces.astype(np.uint32),
+            batched_wxyzs=orientation.astype(np.float32),
+            batched_positions=position.astype(np.float32),
+            batched_scales=batch.scale.astype(np.float32),
+            batched_colors=(batch.tint[:, None] * self._own[batch.rows]).astype(np.uint8),
+            flat_shading=not mesh.is_smooth,
+            lod="off",
+        )
+        ids = frame.table.ids[batch.rows]
+        page = self._page
+
+        def clicked(event: Any) -> None:
+            page.select(int(ids[event.instance_index or 0]))
+
+        async def dragged(event: Any) -> None:  # a coroutine, so that the phases come in order
+            if event.phase == "start":
+                identity, point = int(ids[event.instance_index or 0]), event.start_position
+                page.do(lambda session: session.grab(identity, point))
+            target = event.end_position
+            page.do(lambda session: session.drag(target))
+            if event.phase == "end":
+                page.do(lambda session: session.let_go())
+
+        node.on_click(clicked)
+        if not page.is_replay and not batch.is_static:
+            node.on_drag("left")(dragged)
+        return node
+
+    # Planes ----------------------------------------------------------------------------------------------------------
+
+    def _add_planes(self, frame: Frame, reach: float) -> None:
+        cell = 10.0 ** np.floor(np.log10(2.5 * self.scale.width))
+        for row, entry in enumerate(frame.table.entries):
+            if not isinstance(entry.shape, Plane):
+                continue
+            normal = np.array(entry.shape.normal)
+            where = {"wxyz": _from_y_to(normal), "position": tuple(entry.shape.offset * normal)}
+            parent = f"/planes/{self._generation}/{row}"
+            quad = self._scene.add_mesh_simple(
+                parent + "/quad",
+                reach * np.array([(-1, 0, -1), (-1, 0, 1), (1, 0, 1), (1, 0, -1)], np.float32),
+                np.array([(0, 1, 2), (0, 2, 3)], np.uint32),
+                color=tuple(np.round(255 * np.array(entry.color)).astype(int).tolist())
+                if entry.color
+                else colours.GROUND,
+                side="double",
+                cast_shadow=False,
+                **where,
+            )
+            lifted = {**where, "position": tuple((entry.shape.offset + 2e-3 * self.scale.width) * normal)}
+            grid = self._scene.add_grid(
+                parent + "/grid", 2 * reach, 2 * reach, plane="xz", cell_size=cell, section_size=10 * cell,
+                cell_color=(168, 176, 184), section_color=(128, 138, 150), cell_thickness=0.6, section_thickness=1.0,
+                fade_distance=2 * reach, fade_strength=1.5, shadow_opacity=0.0, infinite_grid=False, **lifted,
+            )  # fmt: skip
+            self._planes.append((row, quad, grid))
+
+    def _draw_planes(self, frame: Frame) -> None:
+        for row, quad, grid in self._planes:
+            there = not np.isnan(frame.position[row, 0])
+            quad.visible, grid.visible = self._page.shown.plane and there, self._page.shown.grid and there
+
+    # Overlays --------------------------------------------------------------------------------------------------------
+
+    def _draw_overlays(self, frame: Frame, selected: int | None) -> None:
+        shown, scale = self._page.shown, self.scale
+        size = shown.arrow_size
+        empty = np.empty((0, 2, 3))
+        self._arrows("velocity", overlays.velocity_arrows(frame, scale, size) if shown.velocity else empty, BLUE)
+        self._arrows("force", overlays.force_arrows(frame, scale, size) if shown.force else empty, GREEN)
+        self._arrows("impulse", overlays.impulse_arrows(frame, scale, size) if shown.impulse else empty, RED)
+        self._segments("normals", overlays.contact_normals(frame, scale) if shown.normals else empty, VIOLET)
+        self._segments("boxes", overlays.bounding_boxes(frame) if shown.boxes else empty, (120, 130, 140))
+        rows = np.array([] if selected is None else [selected], np.int64)
+        is_plane = selected is not None and isinstance(frame.table.entries[selected].shape, Plane)
+        marked = empty if selected is None or is_plane else overlays.box_edges(*overlays.bounds(frame, rows))
+        self._segments("selection", marked[~np.isnan(marked).any(axis=(1, 2))], YELLOW)
+        points = frame.contacts["point"] if shown.contacts and frame.contacts is not None else np.empty((0, 3))
+        self._points("contacts", points, ORANGE)
+        there = frame.table.is_dynamic & ~np.isnan(frame.position[:, 0])
+        self._points("centers", overlays.centers(frame)[there] if shown.centers else np.empty((0, 3)), (20, 20, 20))
+
+    def _arrows(self, name: str, points: Any, colour: tuple[int, int, int]) -> None:
+        width = self.scale.width
+
+        def make() -> Any:
+            return self._scene.add_arrows(
+                f"/overlays/{name}",
+                points,
+                colour,
+                shaft_radius=0.022 * width,
+                head_radius=0.06 * width,
+                head_length=0.15 * width,
+            )
+
+        self._put(name, points, make)
+
+    def _segments(self, name: str, points: Any, colour: tuple[int, int, int]) -> None:
+        def make() -> Any:
+            return self._scene.add_line_segments(
+                f"/overlays/{name}", points, colour, thickness=2.0, thickness_units="screen"
+            )
+
+        self._put(name, points, make)
+
+    def _points(self, name: str, points: Any, colour: tuple[int, int, int]) -> None:
+        """Small octahedra: points of a cloud would be hidden in the bodies that they lie in."""
+
+        def make() -> Any:
+            return self._scene.add_point_cloud(
+                f"/overlays/{name}",
+                points,
+                colour,
+                point_size=0.09 * self.scale.width,
+                point_shape="circle",
+                precision="float32",
+            )
+
+        self._put(name, points, make)
+
+    def _put(self, name: str, points: Any, make: Any) -> None:
+        """Show points in the node of that name, which is made when there is something to show for the first time in this world."""
+        key = f"{self._generation} {name}"
+        node = self._lines.get(name)
+        if node is not None and node[0] != key:
+            node[1].remove()
+            del self._lines[name]
+            node = None
+        if len(points) == 0:
+            if node is not None:
+                node[1].visible = False
+            return
+        if node is None:
+            self._lines[name] = (key, make())
+            return
+        node[1].points = points.astype(np.float32)
+        node[1].visible = True
+
+
+def _from_y_to(normal: Any) -> tuple[float, float, float, float]:
+    """The shortest rotation from +y to a unit vector."""
+    x, y, z = (float(c) for c in normal)
+    if y < -1 + 1e-9:
+        return 0.0, 1.0, 0.0, 0.0
+    w = np.sqrt((1 + y) / 2)
+    return float(w), z / (2 * float(w)), 0.0, -x / (2 * float(w))

@@ -1,0 +1,168 @@
+"""Pictures and films: the right size and length, and the bodies where they are."""
+
+import numpy as np
+import pytest
+
+import atlasphys as ap
+from atlasphys.cli import main
+
+pytest.importorskip("pyvista", reason="pyvista is not installed: pip install 'atlasphys[render]'")
+imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="imageio-ffmpeg is not installed")
+image = pytest.importorskip("PIL.Image")
+
+from atlasphys.viewer.picture import Look, Painter  # noqa: E402
+from atlasphys.viewer.render import Shot, check_output, render_film, render_picture  # noqa: E402
+from atlasphys.viewer.replay import Replay  # noqa: E402
+from atlasphys.viewer.session import Session  # noqa: E402
+from atlasphys.viewer.viewpoint import Viewpoint  # noqa: E402
+
+SMALL = Look(size=(320, 180))
+
+
+def can_draw():
+    """Whether VTK finds an OpenGL here; without one it would end the process."""
+    import subprocess
+    import sys
+
+    code = "import pyvista; p = pyvista.Plotter(off_screen=True); p.add_mesh(pyvista.Sphere()); p.screenshot(return_img=True)"
+    return subprocess.run([sys.executable, "-c", code], capture_output=True).returncode == 0
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _needs_opengl():
+    if not can_draw():
+        pytest.skip("there is no OpenGL: apt-get install libosmesa6 or libegl1 with libgl1-mesa-dri")
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    path = tmp_path_factory.mktemp("render") / "demo.h5"
+    world = ap.load_scene("demo").build()
+    with ap.Recorder(path, world, contacts=True) as recorder:
+        for _ in range(60):
+            world.step(1 / 60)
+            recorder.record()
+    return path
+
+
+def film_size(path):
+    frames = imageio_ffmpeg.read_frames(str(path))
+    try:
+        facts = next(frames)
+    finally:
+        frames.close()
+    return facts["size"], facts["fps"], imageio_ffmpeg.count_frames_and_secs(str(path))[0]
+
+
+def test_a_red_ball_is_where_the_camera_looks():
+    world = ap.World()
+    world.add(ap.Plane())
+    world.add(ap.Sphere(radius=0.5), position=(3, 1, -2), color="#ff0000")
+    frame = Session(world).frame()
+    for orthographic in (False, True):
+        painter = Painter(frame, SMALL)
+        seen = painter.paint(frame, Viewpoint(np.array((3, 1, 6.0)), np.array((3, 1, -2.0)), 30.0, orthographic))
+        painter.close()
+        assert seen.shape == (180, 320, 3)
+        red = (seen[:, :, 0] > 90) & (seen[:, :, 1] < 60)
+        rows, columns = np.nonzero(red)
+        assert abs(rows.mean() - 90) < 3
+        assert abs(columns.mean() - 160) < 3
+        expected = 0.5 / (8 * np.tan(np.radians(15))) * 90  # radius in pixels
+        assert np.ptp(columns) / 2 == pytest.approx(expected, rel=0.1)
+
+
+def test_shadows_darken_the_ground_and_can_be_switched_off():
+    world = ap.World()
+    world.add(ap.Plane())
+    world.add(ap.Box(size=(1, 1, 1)), position=(0, 2, 0))
+    frame = Session(world).frame()
+    view = Viewpoint(np.array((0, 9.0, 12.0)), np.zeros(3))
+    pictures = []
+    for shadows in (True, False):
+        painter = Painter(frame, Look(size=(320, 180), shadows=shadows))
+        pictures.append(painter.paint(frame, view).astype(int))
+        painter.close()
+    darker = (pictures[1] - pictures[0]).sum(axis=2) > 60
+    assert 30 < darker.sum() < 5000
+
+
+def test_a_film_has_the_asked_size_rate_and_length(recorded, tmp_path):
+    replay, seen = Replay(recorded), []
+    shot = Shot(replay, view="front")
+    count = render_film(
+        replay, tmp_path / "a.mp4", shot, SMALL, frame_rate=20, begin=0.2, end=0.7, report=lambda *p: seen.append(p)
+    )
+    assert count == 11
+    assert seen == [(k + 1, 11) for k in range(11)]
+    assert film_size(tmp_path / "a.mp4") == ((320, 180), 20.0, 11)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.mp4"]
+    with pytest.raises(ap.InvalidArgumentError, match="nothing to film"):
+        render_film(replay, tmp_path / "b.mp4", shot, SMALL, begin=5.0)
+    with pytest.raises(ap.InvalidArgumentError, match="frame rate"):
+        render_film(replay, tmp_path / "b.mp4", shot, SMALL, frame_rate=0)
+    assert not (tmp_path / "b.mp4").exists()
+    replay.close()
+
+
+def test_pictures_of_other_times_and_bodies_differ(recorded, tmp_path):
+    replay = Replay(recorded)
+    looks = {
+        "early": (Shot(replay), SMALL, 0.1),
+        "late": (Shot(replay), SMALL, None),
+        "near": (Shot(replay, follow="cube 2"), SMALL, 0.1),
+        "arrows": (
+            Shot(replay),
+            Look(size=(320, 180), shown=("velocity", "force", "impulse", "contacts", "boxes", "axes")),
+            0.1,
+        ),
+        "dark": (Shot(replay, orthographic=True), Look(size=(320, 180), dark=True), 0.1),
+    }
+    pictures = {}
+    for name, (shot, look, seconds) in looks.items():
+        render_picture(replay, tmp_path / f"{name}.png", shot, look, seconds)
+        pictures[name] = np.asarray(image.open(tmp_path / f"{name}.png")).astype(int)
+        assert pictures[name].shape == (180, 320, 3)
+    for name in ("late", "near", "arrows", "dark"):
+        assert np.abs(pictures[name] - pictures["early"]).max() > 50, name
+    replay.close()
+
+
+def test_what_makes_no_sense_is_refused(recorded, tmp_path):
+    replay = Replay(recorded)
+    for bad in (
+        {"view": "below"},
+        {"follow": "nobody"},
+        {"position": (1, 1, 1), "look_at": (1, 1, 1)},
+        {"field_of_view": 200},
+    ):
+        with pytest.raises(ap.InvalidArgumentError):
+            Shot(replay, **bad)
+    for path, look in (
+        ("a.avi", SMALL),
+        ("missing/a.mp4", SMALL),
+        ("a.mp4", Look(size=(321, 180))),
+        ("a.png", Look(size=(1, 1))),
+    ):
+        with pytest.raises(ap.InvalidArgumentError):
+            check_output(tmp_path / path, look)
+    replay.close()
+
+
+def test_the_command_renders_without_a_display(recorded, tmp_path, capsys):
+    assert main(["render", str(recorded), str(tmp_path / "a.png"), "--size", "200x100", "--time", "0.5"]) == 0
+    assert image.open(tmp_path / "a.png").size == (200, 100)
+    assert main(["render", str(recorded), str(tmp_path / "a.mp4"), "--size", "200x100", "--fps", "5"]) == 0
+    assert film_size(tmp_path / "a.mp4")[2] == 6
+    capsys.readouterr()
+    for words, said in (
+        (["a.gif"], "must end in .mp4"),
+        (["a.mp4", "--time", "1"], "--time is for pictures"),
+        (["a.png", "--size", "big"], "WIDTHxHEIGHT"),
+        (["a.png", "--position", "1,2"], "X,Y,Z"),
+        (["a.png", "--show", "ghosts"], "--show must be one of"),
+    ):
+        assert main(["render", str(recorded), str(tmp_path / words[0]), *words[1:]]) == 2
+        assert said in capsys.readouterr().err
+    assert main(["render", str(tmp_path / "none.h5"), str(tmp_path / "b.png")]) == 1
+    assert "cannot be read" in capsys.readouterr().err
