@@ -239,7 +239,7 @@ def sweep_positions(bodies, blocks, locked, numbers):
 
 @routine
 def sweep_velocities(bodies, blocks, locked, inverse_h, ease):
-    """Solve velocities: visit all contacts once, colour by colour. Returns whether an impact was not solved for."""
+    """Solve velocities: visit all contacts once, colour by colour. Returns whether an impact was not solved for. ``ease`` is None if nothing bounces."""
     motion, inverse_mass, wrong = bodies.motion, bodies.inverse_mass, False
     none = inverse_h - inverse_h
     for c in range(COLOURS + 1):
@@ -332,8 +332,10 @@ def solve(bodies, count, body, moves, manifolds, manifold_count, live, colours, 
         for block in range(len(blocks.tumbling)):
             tumble(block, blocks.tumbling, motion, geometry, bodies.mass, bodies.frame, inverse_mass, h)
         follow_turn(locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
-        if bounces:
-            aim_contacts(False, bodies, manifolds, blocks, locked, constants.bounce)
+        if not bounces:
+            sweep_velocities(bodies, blocks, locked, inverse_h, None)
+            continue
+        aim_contacts(False, bodies, manifolds, blocks, locked, constants.bounce)
         ease = type(h)(1)
         for s in range(MOST_SWEEPS):
             if not sweep_velocities(bodies, blocks, locked, inverse_h, ease):

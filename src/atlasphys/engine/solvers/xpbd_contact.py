@@ -251,19 +251,24 @@ def solve_positions(points, locks, block, other, integers, blocks, motion, inver
 @simd_kernel
 def solve_velocities(points, locks, block, other, integers, blocks, motion, inverse_mass, inverse_h, ease) -> bool:
     """Where the bodies are now: end impacts, take back the speed that pushing out gave, and let friction act within what the impulses of the substep
-    allow; in two blocks of a colour, or twice the same. Whether some impact was still off its speed, which is ``ease`` times what it was."""
+    allow; in two blocks of a colour, or twice the same. Whether some impact was still off its speed, which is ``ease`` times what it was; if ``ease`` is
+    None, nothing bounces."""
     block = beside(block, other)
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
     old = [load(blocks, block, fields.impulse + k) for k in range(points)]
     gaps, excess = pair.gaps(blocks), pair.normal_velocities()
     wanted, wrong = [], old[0] != old[0]
     for k in range(points):
-        bounce = load(blocks, block, fields.bounce + k)
-        bounce = select(bounce > 0, bounce * ease, bounce)
         apart = select(old[k] > 0, -gaps[k] * inverse_h, -FAR)  # what has not been pushed may come on
-        excess[k] = excess[k] - select(bounce == 0, select(gaps[k] > 0, apart, 0), bounce)
-        off = (bounce != 0) & (absolute(excess[k]) > load(blocks, block, fields.allowed + k))
-        wrong = wrong | (off & ((old[k] > 0) | (excess[k] < 0)))
+        target = select(gaps[k] > 0, apart, 0)
+        if ease is None:
+            excess[k] = excess[k] - target
+        else:
+            bounce = load(blocks, block, fields.bounce + k)
+            bounce = select(bounce > 0, bounce * ease, bounce)
+            excess[k] = excess[k] - select(bounce == 0, target, bounce)
+            off = (bounce != 0) & (absolute(excess[k]) > load(blocks, block, fields.allowed + k))
+            wrong = wrong | (off & ((old[k] > 0) | (excess[k] < 0)))
         wanted.append(old[k] - load(blocks, block, fields.inverse + k) * excess[k])
     new = share_load(fields, blocks, block, old, wanted, None, 1)
     pair.press([new[k] - old[k] for k in range(points)])
