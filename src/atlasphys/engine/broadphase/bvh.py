@@ -292,11 +292,11 @@ class Tree:
 
 def _lattice(sample: npt.NDArray[np.float32]) -> tuple[npt.NDArray[np.float64], float]:
     """Centre and cell of the curve's lattice, from some of the boxes: amid them, and as wide as the smaller ones."""
-    lower, upper = sample[:, :3].astype(np.float64), sample[:, 3:6].astype(np.float64)
-    sound = lower[:, 0] <= upper[:, 0]
-    if not sound.any():
+    columns = sample[sample[:, 0] <= sample[:, 3], :6].T.astype(np.float64, order="C")  # NumPy is slow along short axes
+    lower, upper = columns[:3], columns[3:6]
+    count = lower.shape[1]
+    if count == 0:
         return np.zeros(3), 1.0
-    lower, upper = lower[sound], upper[sound]
-    middle = np.sort(0.5 * (lower + upper), axis=0)[len(lower) // 2]
-    size = np.sort((upper - lower).max(axis=1))[len(lower) // 10]
-    return middle, max(float(size), 1e-30)
+    middle = np.sort(0.5 * (lower + upper), axis=1)[:, count // 2]
+    size = np.sort((upper - lower).max(axis=0))[count // 10]
+    return middle.copy(), max(float(size), 1e-30)

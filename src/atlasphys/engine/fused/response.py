@@ -1,6 +1,6 @@
 """The solver stage of the fused step: passes over contacts, colour by colour, and over bodies, in substeps. Each member of a team does its share."""
 
-from atlasphys.engine.islands.colour import COLOURS
+from atlasphys.engine.islands.colour import COLOURS, beside
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call
@@ -177,12 +177,6 @@ def bounce_contacts(locked, motion, inverse_mass, drives, constants, new, work, 
     for block in range(first, stop):
         depart(1, locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, new, constants.ratio)
     meet(member)
-
-
-@routine
-def beside(block, colour, stop):
-    """The block that is worked on together with ``block``: the next, or itself if there is none, or the two may have bodies in common."""
-    return block + 1 if colour < COLOURS and block + 1 < stop else block
 
 
 @routine

@@ -86,3 +86,9 @@ def fill_blocks(ends, count, live, number, moves, colours, starts, cursor, integ
         integers[block, BODY_A, lane], integers[block, BODY_B, lane] = row_a, row_b
         integers[block, MOVES_A, lane], integers[block, MOVES_B, lane] = moves[row_a], moves[row_b]
         integers[block, MANIFOLD, lane], integers[block, COUNT, lane] = i, count[i]
+
+
+@routine
+def beside(block, colour, stop):
+    """The block that is worked on together with ``block``: the next, or itself if there is none, or the two may have bodies in common."""
+    return block + 1 if colour < COLOURS and block + 1 < stop else block

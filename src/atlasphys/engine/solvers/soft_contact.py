@@ -93,7 +93,7 @@ def prepare(points, locks, block, integers, blocks, manifolds, inverse_mass, rat
             entry = along + vec.dot(c[j], turn_b[k]) + vec.dot(vec.add(c[j], lever), turn_a[k])
             matrix[j, k] = matrix[k, j] = select(valid[j] & valid[k], entry, one if j == k else zero)
     for j in range(points):
-        inverse = 1 / matrix[j, j]
+        inverse = reciprocal(matrix[j, j])
         store(blocks, block, fields.inverse + j, inverse)
         for k in range(points):
             if j != k:

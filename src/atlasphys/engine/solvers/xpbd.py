@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
+from atlasphys.engine.islands.colour import COLOURS, beside, block_ranges, colour_contacts, fill_blocks
 from atlasphys.engine.islands.sleep import list_awake
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.math import quat
@@ -124,7 +124,7 @@ class Constants(NamedTuple):
     substeps: int
     ratio: float
     """Factor on how far anchors had parted, which is kept as an impulse: length of the last step over that of this one."""
-    positions: tuple[float, float, float]
+    positions: tuple[float, float | None, float]
     """See ``solve_positions``."""
     bounce: tuple[float, float, float, float]
     """See ``spot``."""
@@ -158,11 +158,9 @@ def prepare_contacts(bodies, manifolds, blocks, locked, ratio):
     """Write the blocks. Returns whether some contact has restitution."""
     inverse_mass, bounces = bodies.inverse_mass, False
     none = ratio - ratio
-    motion = bodies.motion
     for block in range(blocks.starts[1, COLOURS + 1]):
         special = prepare(4, locked, block, blocks.integers_many, blocks.contacts_many, manifolds, inverse_mass, ratio)
         begin(4, block, blocks.contacts_many)
-        renew(4, locked, block, blocks.integers_many, blocks.contacts_many, motion, inverse_mass)
         if special:
             bounces = note_materials(4, block, blocks.integers_many, manifolds) or bounces
             if blocks.integers_many[block, ROLLS, 0]:
@@ -172,7 +170,6 @@ def prepare_contacts(bodies, manifolds, blocks, locked, ratio):
     for block in range(blocks.starts[0, COLOURS + 1]):
         special = prepare(1, locked, block, blocks.integers_one, blocks.contacts_one, manifolds, inverse_mass, ratio)
         begin(1, block, blocks.contacts_one)
-        renew(1, locked, block, blocks.integers_one, blocks.contacts_one, motion, inverse_mass)
         if special:
             bounces = note_materials(1, block, blocks.integers_one, manifolds) or bounces
             if blocks.integers_one[block, ROLLS, 0]:
@@ -208,15 +205,29 @@ def sweep_positions(bodies, blocks, locked, numbers):
     motion, inverse_mass = bodies.motion, bodies.inverse_mass
     none = numbers[0] - numbers[0]
     for c in range(COLOURS + 1):
-        for block in range(blocks.starts[1, c], blocks.starts[1, c + 1]):
-            solve_positions(4, locked, block, blocks.integers_many, blocks.contacts_many, motion, inverse_mass, numbers)
+        first, stop = blocks.starts[1, c], blocks.starts[1, c + 1]
+        block = first
+        while block < stop:
+            other = beside(block, c, stop)
+            solve_positions(
+                4, locked, block, other, blocks.integers_many, blocks.contacts_many, motion, inverse_mass, numbers
+            )
+            block = other + 1
+        for block in range(first, stop):
             if blocks.integers_many[block, ROLLS, 0]:
                 blocks.rolls_many[block, ROLL : ROLL + 2] = none
                 solve_rolling(
                     4, block, blocks.integers_many, blocks.contacts_many, blocks.rolls_many, motion, inverse_mass, none
                 )  # fmt: skip
-        for block in range(blocks.starts[0, c], blocks.starts[0, c + 1]):
-            solve_positions(1, locked, block, blocks.integers_one, blocks.contacts_one, motion, inverse_mass, numbers)
+        first, stop = blocks.starts[0, c], blocks.starts[0, c + 1]
+        block = first
+        while block < stop:
+            other = beside(block, c, stop)
+            solve_positions(
+                1, locked, block, other, blocks.integers_one, blocks.contacts_one, motion, inverse_mass, numbers
+            )
+            block = other + 1
+        for block in range(first, stop):
             if blocks.integers_one[block, ROLLS, 0]:
                 blocks.rolls_one[block, ROLL : ROLL + 2] = none
                 solve_rolling(
@@ -226,28 +237,34 @@ def sweep_positions(bodies, blocks, locked, numbers):
 
 @routine
 def sweep_velocities(bodies, blocks, locked, inverse_h, ease):
-    """Solve velocities: visit all contacts once, colour by colour. Returns whether an impact was not solved for."""
+    """Solve velocities: visit all contacts once, colour by colour. Returns whether an impact was not solved for. ``ease`` is None if nothing bounces."""
     motion, inverse_mass, wrong = bodies.motion, bodies.inverse_mass, False
     none = inverse_h - inverse_h
     for c in range(COLOURS + 1):
-        for block in range(blocks.starts[1, c], blocks.starts[1, c + 1]):
-            wrong = (
-                solve_velocities(
-                    4, locked, block, blocks.integers_many, blocks.contacts_many, motion, inverse_mass, inverse_h, ease
-                )
-                or wrong
-            )
+        first, stop = blocks.starts[1, c], blocks.starts[1, c + 1]
+        block = first
+        while block < stop:
+            other = beside(block, c, stop)
+            if solve_velocities(
+                4, locked, block, other, blocks.integers_many, blocks.contacts_many, motion, inverse_mass, inverse_h, ease
+            ):  # fmt: skip
+                wrong = True
+            block = other + 1
+        for block in range(first, stop):
             if blocks.integers_many[block, ROLLS, 0]:
                 solve_rolling(
                     4, block, blocks.integers_many, blocks.contacts_many, blocks.rolls_many, motion, inverse_mass, none
                 )  # fmt: skip
-        for block in range(blocks.starts[0, c], blocks.starts[0, c + 1]):
-            wrong = (
-                solve_velocities(
-                    1, locked, block, blocks.integers_one, blocks.contacts_one, motion, inverse_mass, inverse_h, ease
-                )
-                or wrong
-            )
+        first, stop = blocks.starts[0, c], blocks.starts[0, c + 1]
+        block = first
+        while block < stop:
+            other = beside(block, c, stop)
+            if solve_velocities(
+                1, locked, block, other, blocks.integers_one, blocks.contacts_one, motion, inverse_mass, inverse_h, ease
+            ):  # fmt: skip
+                wrong = True
+            block = other + 1
+        for block in range(first, stop):
             if blocks.integers_one[block, ROLLS, 0]:
                 solve_rolling(
                     1, block, blocks.integers_one, blocks.contacts_one, blocks.rolls_one, motion, inverse_mass, none
@@ -313,8 +330,10 @@ def solve(bodies, count, ends, moves, manifolds, manifold_count, live, colours, 
         for block in range(len(blocks.tumbling)):
             tumble(block, blocks.tumbling, motion, geometry, bodies.mass, bodies.frame, inverse_mass, h)
         follow_turn(locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
-        if bounces:
-            aim_contacts(False, bodies, manifolds, blocks, locked, constants.bounce)
+        if not bounces:
+            sweep_velocities(bodies, blocks, locked, inverse_h, None)
+            continue
+        aim_contacts(False, bodies, manifolds, blocks, locked, constants.bounce)
         ease = type(h)(1)
         for s in range(MOST_SWEEPS):
             if not sweep_velocities(bodies, blocks, locked, inverse_h, ease):
@@ -393,7 +412,7 @@ def advance(state: State, settings: XPBD, h: float) -> None:
         ratio=real(state.last_h / h),
         positions=(
             real(1 / sub),
-            real(settings.compliance / sub**2),
+            real(settings.compliance / sub**2) if settings.compliance else None,
             real(settings.push_out_speed * environment.length_unit),
         ),
         bounce=(

@@ -6,6 +6,7 @@ The equations are in ``xpbd.py``, the layout of a block and its Jacobian in ``co
 from atlasphys.engine.simd import (
     absolute,
     any_lane,
+    beside,
     full,
     gather,
     load,
@@ -30,6 +31,7 @@ from atlasphys.engine.solvers.contact_block import (
     Fields,
     invert_2x2,
     reciprocal,
+    share_load,
     solve_disk,
     weighted,
 )
@@ -52,13 +54,7 @@ class XpbdFields(Fields):
         self.bounce = self.number  # speed with which an impact ends; 0 at points that rest
         self.allowed = self.bounce + points  # error of that speed that is allowed
         self.anchor = self.allowed + points  # 2 along the tangents, 1 about the normal: see ``Grip``
-        self.response = self.anchor + 3  # K, upper triangle row by row
-        self.number = self.response + points * (points + 1) // 2
-
-    def entry(self, j: int, k: int) -> int:
-        """Field of K_jk: by how much an impulse at point k changes the normal velocity at point j."""
-        j, k = min(j, k), max(j, k)
-        return self.response + j * self.points - j * (j + 1) // 2 + k
+        self.number = self.anchor + 3
 
 
 class Grip:
@@ -165,8 +161,8 @@ def aim(points, locks, block, integers, blocks, motion, inverse_mass, drives, ma
 
 @simd_kernel
 def renew(points, locks, block, integers, blocks, motion, inverse_mass):
-    """The matrices of a block where the bodies are now: at the start of the step, and before impacts are swept many times, which with old ones could
-    diverge where bodies have turned far."""
+    """The matrices of a block where the bodies are now: before impacts are swept many times, which with those of the start of the step could diverge
+    where bodies have turned far."""
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
     n, t = pair.normal, vec.tangents(pair.normal)
     valid = [load(integers, block, COUNT) > k for k in range(points)]
@@ -176,11 +172,12 @@ def renew(points, locks, block, integers, blocks, motion, inverse_mass):
     turns_b = [vec.sym_mul_vec(pair.inertia_b, c) for c in arms_b]
     turns_a = [vec.sym_mul_vec(pair.inertia_a, c) for c in arms_a]
     for j in range(points):
-        for k in range(j, points):
-            entry = along + vec.dot(arms_b[j], turns_b[k]) + vec.dot(arms_a[j], turns_a[k])
-            store(
-                blocks, block, fields.entry(j, k), select(valid[j] & valid[k], entry, full(entry, 1 if j == k else 0))
-            )
+        inverse = reciprocal(select(valid[j], along + vec.dot(arms_b[j], turns_b[j]) + vec.dot(arms_a[j], turns_a[j]), 1))
+        store(blocks, block, fields.inverse + j, inverse)
+        for k in range(points):
+            if j != k:
+                entry = along + vec.dot(arms_b[j], turns_b[k]) + vec.dot(arms_a[j], turns_a[k])
+                store(blocks, block, fields.coupling(j, k), select(valid[j] & valid[k], entry * inverse, 0))
     matrix = []
     for i, j in ((0, 0), (0, 1), (1, 1)):
         entry = vec.dot(t[i], weighted(pair.m_a, t[j])) + vec.dot(t[i], weighted(pair.m_b, t[j]))
@@ -193,36 +190,24 @@ def renew(points, locks, block, integers, blocks, motion, inverse_mass):
     store(blocks, block, TWIST_MASS, reciprocal(twist))
 
 
-def press(points, blocks, block, fields, excess, old, compliance, sweeps):
-    """Impulses along the normal that bring ``excess`` to −compliance · λ, or more where they would have to pull (Gauss–Seidel)."""
-    new, excess = list(old), list(excess)
-    sweeps = sweeps if points > 1 else 1
-    weight = [reciprocal(load(blocks, block, fields.entry(k, k)) + compliance) for k in range(points)]
-    for sweep in range(sweeps):
-        for k in range(points):
-            pressed = maximum(new[k] - weight[k] * (excess[k] + compliance * new[k]), 0)
-            change = pressed - new[k]
-            new[k] = pressed
-            for j in range(points):
-                if sweep < sweeps - 1 or j > k:
-                    excess[j] = excess[j] + load(blocks, block, fields.entry(j, k)) * change
-    return new
-
-
 @simd_kernel
-def solve_positions(points, locks, block, integers, blocks, motion, inverse_mass, numbers):
-    """Push overlapping points apart, and bring anchors together where friction holds.
+def solve_positions(points, locks, block, other, integers, blocks, motion, inverse_mass, numbers):
+    """Push overlapping points apart, and bring anchors together where friction holds: in two blocks of a colour, or twice the same.
 
-    ``numbers``: inverse substep length [1/s]; compliance / h² [1/kg]; greatest speed at which overlap is pushed out [m/s].
+    ``numbers``: inverse substep length [1/s]; compliance / h² [1/kg], None if there is none; greatest speed at which overlap is pushed out [m/s].
     """
+    block = beside(block, other)
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
     inverse_h, compliance, fastest = numbers
-    excess = []
+    wanted, scales = [], None if compliance is None else []
     for k, (speed, gap) in enumerate(zip(pair.normal_velocities(), pair.gaps(blocks), strict=True)):
-        rests = load(blocks, block, fields.bounce + k) == 0
-        excess.append(select(rests, speed + maximum(gap * inverse_h, -fastest), FAR))
-    zero = full(excess[0], 0)
-    new = press(points, blocks, block, fields, excess, [zero] * points, compliance, INNER_SWEEPS)
+        rests, inverse = load(blocks, block, fields.bounce + k) == 0, load(blocks, block, fields.inverse + k)
+        wanted.append(-inverse * select(rests, speed + maximum(gap * inverse_h, -fastest), FAR))
+        if scales is not None:
+            scales.append(1 / (1 + compliance * inverse))
+            wanted[k] = wanted[k] * scales[k]
+    zero = full(wanted[0], 0)
+    new = share_load(fields, blocks, block, [zero] * points, wanted, scales, INNER_SWEEPS if points > 1 else 1)
     pair.press(new)
     for k in range(points):  # those of the last substep are final now
         store(
@@ -264,21 +249,28 @@ def solve_positions(points, locks, block, integers, blocks, motion, inverse_mass
 
 
 @simd_kernel
-def solve_velocities(points, locks, block, integers, blocks, motion, inverse_mass, inverse_h, ease) -> bool:
+def solve_velocities(points, locks, block, other, integers, blocks, motion, inverse_mass, inverse_h, ease) -> bool:
     """Where the bodies are now: end impacts, take back the speed that pushing out gave, and let friction act within what the impulses of the substep
-    allow. Whether some impact was still off its speed, which is ``ease`` times what it was."""
+    allow; in two blocks of a colour, or twice the same. Whether some impact was still off its speed, which is ``ease`` times what it was; if ``ease`` is
+    None, nothing bounces."""
+    block = beside(block, other)
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
     old = [load(blocks, block, fields.impulse + k) for k in range(points)]
     gaps, excess = pair.gaps(blocks), pair.normal_velocities()
-    wrong = old[0] != old[0]
+    wanted, wrong = [], old[0] != old[0]
     for k in range(points):
-        bounce = load(blocks, block, fields.bounce + k)
-        bounce = select(bounce > 0, bounce * ease, bounce)
         apart = select(old[k] > 0, -gaps[k] * inverse_h, -FAR)  # what has not been pushed may come on
-        excess[k] = excess[k] - select(bounce == 0, select(gaps[k] > 0, apart, 0), bounce)
-        off = (bounce != 0) & (absolute(excess[k]) > load(blocks, block, fields.allowed + k))
-        wrong = wrong | (off & ((old[k] > 0) | (excess[k] < 0)))
-    new = press(points, blocks, block, fields, excess, old, full(old[0], 0), 1)
+        target = select(gaps[k] > 0, apart, 0)
+        if ease is None:
+            excess[k] = excess[k] - target
+        else:
+            bounce = load(blocks, block, fields.bounce + k)
+            bounce = select(bounce > 0, bounce * ease, bounce)
+            excess[k] = excess[k] - select(bounce == 0, target, bounce)
+            off = (bounce != 0) & (absolute(excess[k]) > load(blocks, block, fields.allowed + k))
+            wrong = wrong | (off & ((old[k] > 0) | (excess[k] < 0)))
+        wanted.append(old[k] - load(blocks, block, fields.inverse + k) * excess[k])
+    new = share_load(fields, blocks, block, old, wanted, None, 1)
     pair.press([new[k] - old[k] for k in range(points)])
     for k in range(points):
         store(blocks, block, fields.impulse + k, new[k])
