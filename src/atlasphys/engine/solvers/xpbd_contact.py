@@ -3,6 +3,8 @@
 The equations are in ``xpbd.py``, the layout of a block and its Jacobian in ``contact_block.py``.
 """
 
+from typing import Any
+
 from atlasphys.engine.simd import (
     absolute,
     any_lane,
@@ -172,7 +174,9 @@ def renew(points, locks, block, integers, blocks, motion, inverse_mass):
     turns_b = [vec.sym_mul_vec(pair.inertia_b, c) for c in arms_b]
     turns_a = [vec.sym_mul_vec(pair.inertia_a, c) for c in arms_a]
     for j in range(points):
-        inverse = reciprocal(select(valid[j], along + vec.dot(arms_b[j], turns_b[j]) + vec.dot(arms_a[j], turns_a[j]), 1))
+        inverse = reciprocal(
+            select(valid[j], along + vec.dot(arms_b[j], turns_b[j]) + vec.dot(arms_a[j], turns_a[j]), 1)
+        )
         store(blocks, block, fields.inverse + j, inverse)
         for k in range(points):
             if j != k:
@@ -199,7 +203,8 @@ def solve_positions(points, locks, block, other, integers, blocks, motion, inver
     block = beside(block, other)
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
     inverse_h, compliance, fastest = numbers
-    wanted, scales = [], None if compliance is None else []
+    wanted: list[Any] = []
+    scales: list[Any] | None = None if compliance is None else []
     for k, (speed, gap) in enumerate(zip(pair.normal_velocities(), pair.gaps(blocks), strict=True)):
         rests, inverse = load(blocks, block, fields.bounce + k) == 0, load(blocks, block, fields.inverse + k)
         wanted.append(-inverse * select(rests, speed + maximum(gap * inverse_h, -fastest), FAR))
@@ -250,9 +255,9 @@ def solve_positions(points, locks, block, other, integers, blocks, motion, inver
 
 @simd_kernel
 def solve_velocities(points, locks, block, other, integers, blocks, motion, inverse_mass, inverse_h, ease) -> bool:
-    """Where the bodies are now: end impacts, take back the speed that pushing out gave, and let friction act within what the impulses of the substep
-    allow; in two blocks of a colour, or twice the same. Whether some impact was still off its speed, which is ``ease`` times what it was; if ``ease`` is
-    None, nothing bounces."""
+    """Where the bodies are now: end impacts, take back the speed that pushing out gave, and let friction act within what the impulses of the
+    substep allow; in two blocks of a colour, or twice the same. Whether some impact was still off its speed, which is ``ease`` times what it
+    was; if ``ease`` is None, nothing bounces."""
     block = beside(block, other)
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
     old = [load(blocks, block, fields.impulse + k) for k in range(points)]
