@@ -40,6 +40,7 @@ from atlasphys.world.arguments import (
 from atlasphys.world.body import COEFFICIENTS, RESPONSES, Body
 from atlasphys.world.trace import Records, trace_of, trace_records
 from atlasphys.world.views import Bodies, Energy, Event, contact_points
+from atlasphys.world.watch import Watcher, advance_watched
 
 NARROWPHASES = ("auto", "gjk_epa", "sat")
 
@@ -185,6 +186,7 @@ class World:
         self._profile: dict[str, float] = dict.fromkeys(STAGES, 0.0)
         self._tracing = False
         self._trace: list[Records] = []
+        self._watchers: list[Watcher] = []
         self._serial = 0
         self._start_generation()
 
@@ -480,6 +482,9 @@ class World:
 
     def _advance(self, h: float, steps: int) -> None:
         self._check_written()
+        if self._watchers:
+            advance_watched(self, h, steps)
+            return
         try:
             if self._tracing:
                 self._advance_traced(h, steps)
@@ -676,9 +681,12 @@ class World:
         other = object.__new__(World)
         memo[id(self)] = other
         other.__dict__.update(self.__dict__)
-        other._state, other._infos = self._state.copy(), list(self._infos)
+        other._state, other._infos, other._watchers = self._state.copy(), list(self._infos), []
         other._start_generation()
         return other
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_watchers": []}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
