@@ -18,6 +18,7 @@ KINDS = {
     "deep cylinders": (CYLINDER, CYLINDER, (0.2, 0.3, 0.1)),
     "separate cylinder and box": (BOX, CYLINDER, (0.2, 1.3, 0.1)),
     "touching capsule": (BOX, CAPSULE, (0.2, 0.8, 0.1)),
+    "turned": (BOX, ODD_BOX, (0.1, 0.89, 0.05)),
     "sunk ball": (BOX, BALL, (0.2, 0.1, 0.3)),
 }
 
@@ -25,12 +26,10 @@ KINDS = {
 def world_of(kind, **settings):
     """A world with a pair of the kind, and a third body far away."""
     first, second, place = KINDS[kind]
-    upright = kind == "touching"
+    turned = {"touching": (1, 0, 0, 0), "turned": (0.99, 0.005, 0.12, 0)}.get(kind, TILT)
     world = ap.World(gravity=(0, 0, 0), **settings)
     world.add(first, name="first")
-    world.add(
-        second, position=place, orientation=(1, 0, 0, 0) if upright else TILT, velocity=(0, -0.5, 0), name="second"
-    )
+    world.add(second, position=place, orientation=turned, velocity=(0, -0.5, 0), name="second")
     world.add(BALL, position=(50, 50, 50), name="far")
     return world
 

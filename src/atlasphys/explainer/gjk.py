@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -129,9 +129,9 @@ def read(notes: list[Note], shapes: tuple[str, str], radii: tuple[float, float])
     if verdict != "separated":
         return common
     answer = next(note for note in found if note.kind == "core.result")
-    return GjkTrace(
-        **{**vars(common), "distance": answer["distance"], "normal": answer["normal"], "on_a": answer["on_a"], "on_b": answer["on_b"]}
-    )  # fmt: skip
+    return replace(
+        common, distance=answer["distance"], normal=answer["normal"], on_a=answer["on_a"], on_b=answer["on_b"]
+    )
 
 
 def _case(weights: npt.NDArray[np.floating]) -> str:

@@ -11,14 +11,15 @@ import numpy.typing as npt
 from atlasphys.engine.broadphase.brute import find_pairs
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF
 from atlasphys.engine.narrowphase.dispatch import EDGE_LIMITS, KIND_ROUTINES, ROUTINES, PairKernel
-from atlasphys.engine.narrowphase.layout import CONVEX_CONVEX, POLYHEDRA
+from atlasphys.engine.narrowphase.layout import CONVEX_CONVEX, POLYHEDRA, most_points
 from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import EDGE_COUNT, KIND, PLANE, Shapes
+from atlasphys.engine.state.contacts import Contacts, empty_contacts
 from atlasphys.engine.state.manifolds import DEPTH, NORMAL, POINT_COLUMNS
 from atlasphys.engine.state.pose import refresh
-from atlasphys.engine.state.state import State
-from atlasphys.engine.step import Pipeline
-from atlasphys.world.trace import Records
+from atlasphys.explainer.plain import plain
+from atlasphys.world.trace import trace_records
+from atlasphys.world.watch import SeenStep
 
 SHAPE_NAMES = ("sphere", "capsule", "box", "cylinder", "cone", "hull", "plane")
 LANE_BODIES = "engine/narrowphase/lanes"
@@ -39,25 +40,15 @@ class Moment:
     """A step of a world, for one pair of its bodies.
 
     Args:
-        before: a copy of the state before the step; ``after``: one of the state after it.
-        pipeline: which algorithm did each stage.
+        seen: the step.
         names: a name for each body.
-        h: length of the step [s].
-        solved: records of the solver (``World.solver_trace``).
         pair: rows of the two bodies, in any order. Default: the pair whose contact is deepest, planes last; without contact, the nearest.
     """
 
-    def __init__(
-        self, before: State, after: State, pipeline: Pipeline, names: list[str], h: float, solved: Records, pair: tuple[int, int] | None
-    ) -> None:  # fmt: skip
-        self.before, self.after, self.pipeline, self.names, self.h, self.solved = (
-            before,
-            after,
-            pipeline,
-            names,
-            h,
-            solved,
-        )
+    def __init__(self, seen: SeenStep, names: list[str], pair: tuple[int, int] | None) -> None:
+        self.before, self.after, self.pipeline, self.h = seen.before, seen.after, seen.pipeline, seen.h
+        self.solved, self.sweeps, self.names = trace_records(seen.solved), seen.sweeps, names
+        before = self.before
         shapes, margin = before.table.arrays, before.tolerances.margin
         refresh(before.bodies, 0, before.count)
         update_bounds(before.bodies, before.colliders, shapes, before.count, margin)
@@ -106,6 +97,14 @@ class Moment:
         if number == POLYHEDRA and layout[a, EDGE_COUNT] * layout[b, EDGE_COUNT] > EDGE_LIMITS[method]:
             number = CONVEX_CONVEX
         return ROUTINES[number]
+
+    def one_pair(self) -> Contacts:
+        """Room for the contact points of the pair alone."""
+        shape_a, shape_b = self.before.colliders.shape[[self.a, self.b]]
+        slots = int(plain(most_points)(self.shapes.layout, shape_a, shape_b))
+        contacts = empty_contacts(1, slots, self.before.real)
+        contacts.a[0], contacts.b[0], contacts.first[1] = self.a, self.b, slots
+        return contacts
 
     @property
     def by_lanes(self) -> bool:

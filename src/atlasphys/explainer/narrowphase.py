@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from atlasphys.engine.narrowphase.dispatch import PairKernel
-from atlasphys.engine.narrowphase.layout import most_points
+from atlasphys.engine.narrowphase.pairs.box_box import box_box
 from atlasphys.engine.narrowphase.pairs.convex_convex import convex_convex
+from atlasphys.engine.narrowphase.pairs.polyhedra import polyhedra
 from atlasphys.engine.shapes.support import rounding
-from atlasphys.engine.state.contacts import Contacts, empty_contacts
-from atlasphys.explainer import epa, gjk
+from atlasphys.engine.shapes.table import BOX, HULL
+from atlasphys.engine.state.contacts import Contacts
+from atlasphys.explainer import clip, epa, gjk, manifold, sat
+from atlasphys.explainer.clip import ClipTrace
 from atlasphys.explainer.epa import EpaTrace
 from atlasphys.explainer.events import length
 from atlasphys.explainer.gjk import GjkTrace
+from atlasphys.explainer.manifold import ManifoldTrace
 from atlasphys.explainer.moment import LANE_BODIES, Moment
 from atlasphys.explainer.plain import Note, plain, recording
+from atlasphys.explainer.sat import SatTrace
 
 
 class Narrowphase:
@@ -29,12 +35,8 @@ class Narrowphase:
     def collide(self, kernel: PairKernel) -> tuple[Contacts, list[Note]]:
         """Have a routine collide the pair: its contact points, and the notes of all that it did."""
         moment, state = self.moment, self.moment.before
-        shape_a, shape_b = state.colliders.shape[[moment.a, moment.b]]
+        contacts, rows = moment.one_pair(), np.zeros(1, np.intp)
         with recording() as notes:
-            slots = int(plain(most_points)(moment.shapes.layout, shape_a, shape_b))
-            contacts = empty_contacts(1, slots, state.real)
-            contacts.a[0], contacts.b[0], contacts.first[1] = moment.a, moment.b, slots
-            rows = np.zeros(1, np.intp)
             plain(kernel)(rows, state.bodies, state.colliders, moment.shapes, state.tolerances.margin, contacts)
         return contacts, notes
 
@@ -85,7 +87,7 @@ class Narrowphase:
         if self.moment.has_plane:
             return GjkTrace(instead=self.no_plane("GJK"))
         found = gjk.read(self.generic[1], self.shape_names, self.radii)
-        return GjkTrace(**{**vars(found), "remark": self.who(convex_convex, "GJK")})
+        return replace(found, remark=self.who(convex_convex, "GJK"))
 
     def epa(self) -> EpaTrace:
         """The trace of EPA, or why it was not needed."""
@@ -99,7 +101,37 @@ class Narrowphase:
                 instead=f"EPA has nothing to do: GJK found the {cores} {length(searched.distance)} apart.",
                 radii=self.radii,
             )
-        return EpaTrace(**{**vars(epa.read(self.generic[1], self.radii)), "remark": self.who(convex_convex, "EPA")})
+        return replace(epa.read(self.generic[1], self.radii), remark=self.who(convex_convex, "EPA"))
+
+    def sat(self) -> SatTrace:
+        """The trace of the separating axis test, or why there is none."""
+        kinds = self.moment.kinds
+        a, b = self.shape_names
+        if not set(kinds) <= {BOX, HULL}:
+            return SatTrace(
+                instead=f"The separating axis test is for two polyhedra, boxes or hulls; here are {a} and {b}."
+            )
+        kernel = box_box if set(kinds) == {BOX} else polyhedra
+        notes = self.own[1] if self.moment.routine is kernel else self.collide(kernel)[1]
+        return replace(
+            sat.read(notes, self.moment, kernel is box_box), remark=self.who(kernel, "the separating axis test")
+        )
+
+    def clip(self) -> ClipTrace:
+        """The trace of clipping, or why nothing was clipped."""
+        found = clip.read(self.own[1], self.shape_names, self.moment.routine.__name__)
+        return replace(found, remark=self.who(self.moment.routine, ""))
+
+    def manifold(self) -> ManifoldTrace:
+        """What became of the contact points: reduced, matched, impulses carried over."""
+        found = manifold.read(self.moment, self.own[0])
+        remark = self.who(self.moment.routine, "")
+        if self.moment.pipeline.solver == "soft_step":
+            remark += (
+                " The step matches points for eight pairs at a time (engine/manifold/renew.py), by the distance as seen from either body, with a "
+                "tenth of it where the features are the same; told here is the way for one pair, by features first."
+            )
+        return replace(found, remark=remark.strip())
 
     def no_plane(self, name: str) -> str:
         """Why an algorithm for bounded shapes does not apply."""

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, is_dataclass
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
@@ -66,6 +66,14 @@ def _plain(value: Any) -> Any:
         return _copy(value.__name__) if _is_copied(value.__name__) else value
     if value is trace.note:
         return _note
+    if (
+        isinstance(value, type)
+        and _is_copied(value.__module__)
+        and value.__bases__ == (object,)
+        and not is_dataclass(value)
+    ):
+        members = {key: member for key, member in vars(value).items() if key not in ("__dict__", "__weakref__")}
+        return type(value.__name__, (), {key: _plain(member) for key, member in members.items()})
     function = getattr(value, "py_func", value)
     if not isinstance(function, FunctionType) or not _is_copied(function.__module__):
         return value

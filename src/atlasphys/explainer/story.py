@@ -8,17 +8,22 @@ from functools import cached_property
 from typing import Any
 
 from atlasphys.errors import InvalidArgumentError
+from atlasphys.explainer import broadphase, solver
+from atlasphys.explainer.broadphase import BroadphaseTrace
+from atlasphys.explainer.clip import ClipTrace
 from atlasphys.explainer.epa import EpaTrace
 from atlasphys.explainer.events import Trace, plain_values
 from atlasphys.explainer.gjk import GjkTrace
+from atlasphys.explainer.manifold import ManifoldTrace
 from atlasphys.explainer.moment import Moment
 from atlasphys.explainer.narrowphase import Narrowphase
+from atlasphys.explainer.sat import SatTrace
+from atlasphys.explainer.solver import SolverTrace
 from atlasphys.world.body import Body
-from atlasphys.world.trace import trace_records
 from atlasphys.world.watch import SeenStep, watched
 from atlasphys.world.world import World
 
-STAGES = ("gjk", "epa")
+STAGES = ("broadphase", "gjk", "epa", "sat", "clip", "manifold", "solver")
 """What can be explained, in the order of the step."""
 
 
@@ -57,6 +62,11 @@ class Story:
         return Narrowphase(self.moment)
 
     @cached_property
+    def broadphase(self) -> BroadphaseTrace:
+        """Whether the two may touch at all."""
+        return broadphase.read(self.moment)
+
+    @cached_property
     def gjk(self) -> GjkTrace:
         """The search for the distance of the two shapes' cores."""
         return self._narrowphase.gjk()
@@ -65,6 +75,26 @@ class Story:
     def epa(self) -> EpaTrace:
         """The search for the depth of cores that overlap."""
         return self._narrowphase.epa()
+
+    @cached_property
+    def sat(self) -> SatTrace:
+        """The separating axis test of polyhedra."""
+        return self._narrowphase.sat()
+
+    @cached_property
+    def clip(self) -> ClipTrace:
+        """Contact points by clipping the features that face each other."""
+        return self._narrowphase.clip()
+
+    @cached_property
+    def manifold(self) -> ManifoldTrace:
+        """The points that are kept, and the impulses that they go on from."""
+        return self._narrowphase.manifold()
+
+    @cached_property
+    def solver(self) -> SolverTrace:
+        """The impulses of the pair's contact points, sweep by sweep where the solver notes them."""
+        return solver.read(self.moment)
 
     def stage(self, name: str) -> Trace:
         """The trace of a stage, by its name in ``STAGES``.
@@ -148,7 +178,7 @@ def explain(world: World, pair: tuple[object, object] | None = None) -> Iterator
     def watch(seen: SeenStep) -> None:
         names = [name or f"body {row}" for row, name in enumerate(world.bodies.names)]
         story.__dict__.clear()
-        story._moment = Moment(seen.before, seen.after, seen.pipeline, names, seen.h, trace_records(seen.solved), rows)
+        story._moment = Moment(seen, names, rows)
 
     with watched(world, watch):
         yield story

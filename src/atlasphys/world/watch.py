@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from atlasphys.engine.solvers.residuals import Sweep
 from atlasphys.engine.state.state import State
 from atlasphys.engine.step import Pipeline
 from atlasphys.world.trace import Records
@@ -27,6 +28,8 @@ class SeenStep:
     """Length of the step [s]."""
     solved: list[Records]
     """What ``World.solver_trace`` says of it."""
+    sweeps: list[Sweep]
+    """What the solver noted of its sweeps."""
 
 
 Watcher = Callable[[SeenStep], None]
@@ -53,9 +56,9 @@ def advance_watched(world: World, h: float, steps: int) -> None:
         before = world._state.copy()
         world._tracing = True
         world._advance(h, 1)
-        seen = SeenStep(before, world._state.copy(), world._pipeline, h, world._trace)
+        seen = SeenStep(before, world._state.copy(), world._pipeline, h, world._trace, world._sweeps)
     finally:
-        world._watchers, world._tracing = watchers, tracing
+        world._watchers, world._tracing, world._sweeps = watchers, tracing, []
         world._trace = [*earlier, *world._trace] if tracing else []
     for watcher in watchers:
         watcher(seen)

@@ -21,7 +21,7 @@ from atlasphys.engine.shapes.mass import mass_properties
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.shape import Shape
 from atlasphys.engine.solvers import SOLVERS
-from atlasphys.engine.solvers.residuals import Residuals, contact_residuals
+from atlasphys.engine.solvers.residuals import Residuals, Sweep, contact_residuals
 from atlasphys.engine.state.bodies import DYNAMIC, KINDS, STATIC
 from atlasphys.engine.state.state import Environment, State
 from atlasphys.engine.step import STAGES, DivergedError, Pipeline, step
@@ -186,6 +186,7 @@ class World:
         self._profile: dict[str, float] = dict.fromkeys(STAGES, 0.0)
         self._tracing = False
         self._trace: list[Records] = []
+        self._sweeps: list[Sweep] = []
         self._watchers: list[Watcher] = []
         self._serial = 0
         self._start_generation()
@@ -514,6 +515,7 @@ class World:
                 else:
                     self._profile = step(state, self._pipeline, h)
                 self._trace.append(trace_of(state))
+                self._sweeps = state.trace
             finally:
                 state.trace = None
 

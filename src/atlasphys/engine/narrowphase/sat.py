@@ -67,6 +67,8 @@ def box_axes(shapes, pair, limit, bias, r):
             note("sat.axis", of="face of a", a=i, b=-1, axis=_column(rotation_a, i), distance=distance, best=best)
         if distance > best:
             best, best_i = distance, i
+            if TRACED:
+                note("sat.best")
     face_a = best
     for j in range(3):
         along = r[4, 0] * r[0, j] + r[4, 1] * r[1, j] + r[4, 2] * r[2, j]
@@ -75,6 +77,8 @@ def box_axes(shapes, pair, limit, bias, r):
             note("sat.axis", of="face of b", a=-1, b=j, axis=_column(rotation_b, j), distance=distance, best=best)
         if distance > best and distance > face_a + bias:
             best, best_i, best_j = distance, -1, j
+            if TRACED:
+                note("sat.best")
     if best < limit:
         face = best
         for i in range(3):
@@ -91,6 +95,8 @@ def box_axes(shapes, pair, limit, bias, r):
                         note("sat.axis", of="edges", a=i, b=j, axis=axis, distance=distance, best=best)
                     if distance > best and distance > face + bias:
                         best, best_i, best_j = distance, i, j
+                        if TRACED:
+                            note("sat.best")
                 elif TRACED:
                     note("sat.parallel", a=i, b=j)
     if best_i >= 0 and best_j >= 0:
@@ -160,6 +166,8 @@ def _face_axis(shapes, row, other, vertices, other_vertices, normals):
             note("sat.face", face=f, axis=n, distance=distance, best=best)
         if distance > best:
             best, best_face = distance, f
+            if TRACED:
+                note("sat.best")
     return best, best_face
 
 
@@ -246,6 +254,8 @@ def polyhedra_axes(shapes, pair, limit, bias, scratch):
                     best = distance
                     n = axis
                     edge_a, edge_b = i, j
+                    if TRACED:
+                        note("sat.best")
                     if best > limit:
                         break
     if edge_a >= 0:
