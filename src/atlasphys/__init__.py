@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from atlasphys.errors import RecordingError as RecordingError
     from atlasphys.errors import RemovedBodyError as RemovedBodyError
     from atlasphys.errors import SceneError as SceneError
+    from atlasphys.explainer.story import Story as Story
+    from atlasphys.explainer.story import explain as explain
     from atlasphys.record.read import Poses as Poses
     from atlasphys.record.read import Recording as Recording
     from atlasphys.record.read import Trajectory as Trajectory
@@ -73,9 +75,11 @@ _HOMES = {
     "SoftStep": "engine.solvers.soft_step",
     "Snapshot": "world.world",
     "Sphere": "engine.shapes.sphere",
+    "Story": "explainer.story",
     "Trajectory": "record.read",
     "World": "world.world",
     "XPBD": "engine.solvers.xpbd",
+    "explain": "explainer.story",
     "load_scene": "scene.load",
     "octahedron": "engine.shapes.hull",
     "pyramid": "engine.shapes.hull",

@@ -12,6 +12,7 @@ from atlasphys import __version__
 from atlasphys.cli.bench import bench
 from atlasphys.cli.compare import compare
 from atlasphys.cli.doctor import doctor
+from atlasphys.cli.explain import explain
 from atlasphys.cli.render import render
 from atlasphys.cli.run import run
 from atlasphys.cli.scenes import scenes
@@ -24,7 +25,7 @@ USAGE_ERROR, RUN_ERROR, INTERRUPTED = 2, 1, 130
 """Exit codes: what was asked for makes no sense; it went wrong on the way; it was stopped by Ctrl-C."""
 
 app = App(name="atlasphys", help="Rigid-body physics that can be read stage by stage.", version=__version__)
-for command in (run, view, render, scenes, validate, compare, warmup, bench, doctor):
+for command in (run, view, render, scenes, explain, validate, compare, warmup, bench, doctor):
     app.command(command)
 
 

@@ -21,7 +21,7 @@ from atlasphys.engine.run import run
 from atlasphys.engine.shapes.mass import mass_properties
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.shape import Shape
-from atlasphys.engine.solvers.residuals import Residuals, contact_residuals
+from atlasphys.engine.solvers.residuals import Residuals, Sweep, contact_residuals
 from atlasphys.engine.state.bodies import DYNAMIC, KINDS, STATIC
 from atlasphys.engine.state.state import Environment, State
 from atlasphys.engine.step import STAGES, DivergedError, Pipeline, step
@@ -56,6 +56,7 @@ from atlasphys.world.settings import (
 )
 from atlasphys.world.trace import Records, trace_of, trace_records
 from atlasphys.world.views import Bodies, Energy, Event, contact_count, contact_points
+from atlasphys.world.watch import Watcher, advance_watched
 from atlasphys.world.written import check_written
 
 
@@ -179,6 +180,8 @@ class World:
         self._profile: dict[str, float] = dict.fromkeys(STAGES, 0.0)
         self._tracing = False
         self._trace: list[Records] = []
+        self._sweeps: list[Sweep] = []
+        self._watchers: list[Watcher] = []
         self._serial = 0
         self._start_generation()
 
@@ -474,6 +477,9 @@ class World:
 
     def _advance(self, h: float, steps: int) -> None:
         check_written(self)
+        if self._watchers:
+            advance_watched(self, h, steps)
+            return
         try:
             if self._tracing:
                 self._advance_traced(h, steps)
@@ -503,6 +509,7 @@ class World:
                 else:
                     self._profile = step(state, self._pipeline, h)
                 self._trace.append(trace_of(state))
+                self._sweeps = state.trace
             finally:
                 state.trace = None
 
@@ -661,9 +668,12 @@ class World:
         other = object.__new__(World)
         memo[id(self)] = other
         other.__dict__.update(self.__dict__)
-        other._state, other._infos = self._state.copy(), list(self._infos)
+        other._state, other._infos, other._watchers = self._state.copy(), list(self._infos), []
         other._start_generation()
         return other
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_watchers": []}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)

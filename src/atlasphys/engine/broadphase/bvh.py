@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.simd import LANES, gather, load, simd_kernel, store
+from atlasphys.engine.trace import TRACED, note
 
 LARGEST = 3e38
 """Coordinates are cut off here [m], so that they are finite in single precision."""
@@ -186,6 +187,8 @@ def query(nodes, leaf_rows, other_nodes, other_rows, first, same, partial, chang
         level, block, waiting = levels - 1, 0, 0
         while True:
             hits = overlapping(first[level] + block, other_nodes, x0, y0, z0, x1, y1, z1)
+            if TRACED:
+                note("tree.visit", leaf=leaf, level=level, block=block, hits=hits)
             while hits:
                 bit = hits & -hits
                 hits ^= bit
@@ -219,6 +222,8 @@ def query(nodes, leaf_rows, other_nodes, other_rows, first, same, partial, chang
                         continue  # found from the other side
                     # Which may collide at all, as ``filters.may_collide`` says it.
                     admitted = filters[i, 3] & group != 0 and mask & filters[i, 2] != 0
+                    if TRACED:
+                        note("tree.pair", i=min(i, j), j=max(i, j), leaf=leaf, block=block)
                     if admitted and (filters[i, 1] | dynamic) != 0 and filters[i, 0] != body:
                         if found < len(pairs):
                             pairs[found, 0], pairs[found, 1] = min(i, j), max(i, j)

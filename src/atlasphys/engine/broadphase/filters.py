@@ -4,12 +4,16 @@ from atlasphys.engine.jit import routine
 from atlasphys.engine.math import mat
 from atlasphys.engine.shapes.table import PLANE
 from atlasphys.engine.state.bodies import DYNAMIC
+from atlasphys.engine.trace import TRACED, note
 
 
 @routine
 def may_collide(bodies, colliders, i, j):
     """Whether one of the two bodies is dynamic and both masks admit the other's group."""
     a, b = colliders.body[i], colliders.body[j]
+    if TRACED:
+        kinds, masks = (bodies.kind[a], bodies.kind[b]), (colliders.mask[i], colliders.mask[j])
+        note("broad.filter", i=i, j=j, kinds=kinds, groups=(colliders.group[i], colliders.group[j]), masks=masks)
     if a == b or (bodies.kind[a] != DYNAMIC and bodies.kind[b] != DYNAMIC):
         return False
     return (colliders.mask[i] & colliders.group[j]) != 0 and (colliders.mask[j] & colliders.group[i]) != 0
@@ -20,7 +24,11 @@ def bounds_overlap(colliders, i, j):
     """Whether two bounding boxes overlap or touch."""
     for k in range(3):
         if colliders.lower[i, k] > colliders.upper[j, k] or colliders.lower[j, k] > colliders.upper[i, k]:
+            if TRACED:
+                note("broad.apart", i=i, j=j, axis=k)
             return False
+    if TRACED:
+        note("broad.overlap", i=i, j=j)
     return True
 
 
@@ -39,4 +47,6 @@ def reaches_plane(bodies, colliders, shapes, plane, i):
     for k in range(3):  # the box's corner that lies deepest
         corner = colliders.lower[i, k] if n[k] > 0 else colliders.upper[i, k]
         height += n[k] * (corner - bodies.position[body, k]) if n[k] != 0 else 0.0
+    if TRACED:
+        note("broad.plane", plane=plane, i=i, height=height, offset=size[3])
     return height <= size[3]

@@ -13,6 +13,7 @@ from atlasphys.engine.jit import kernel
 from atlasphys.engine.shapes.table import KIND, PLANE, Shapes
 from atlasphys.engine.state.bodies import Bodies
 from atlasphys.engine.state.colliders import Colliders
+from atlasphys.engine.trace import TRACED, note
 
 
 @kernel
@@ -28,6 +29,8 @@ def sweep(bodies, colliders, shapes, order, axis, planes, keys):
         for t in range(s + 1, len(order)):
             j = order[t]
             if colliders.lower[j, axis] > end:
+                if TRACED:
+                    note("sweep.stop", i=i, j=j, axis=axis, end=end, begin=colliders.lower[j, axis])
                 break
             if bounds_overlap(colliders, i, j) and may_collide(bodies, colliders, i, j):
                 if found < len(keys):

@@ -7,6 +7,7 @@ from either body. Position is needed because feature ids flicker where faces ali
 from atlasphys.engine.jit import routine
 from atlasphys.engine.math import vec
 from atlasphys.engine.state.manifolds import LOCAL_A, LOCAL_B, POINT_COLUMNS
+from atlasphys.engine.trace import TRACED, note
 
 FEATURE_REACH = 100
 """Square of the multiple of the matching distance within which equal features count as the same contact."""
@@ -42,5 +43,7 @@ def match_points(i, count, feature, local, j, old_count, old_feature, old_local,
                 squared = min(vec.length_squared(vec.sub(a, old_a)), vec.length_squared(vec.sub(b, old_b)))
                 if squared <= best:
                     origin[k], best = q, squared
+            if TRACED:
+                note("match.point", point=k, by="feature" if pass_number == 0 else "place", old=origin[k], squared=best)
             if origin[k] >= 0:
                 used |= 1 << origin[k]

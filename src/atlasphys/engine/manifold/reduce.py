@@ -7,6 +7,7 @@ that keeps it from rocking. Ties go to the lower index, so that equal input give
 
 from atlasphys.engine.jit import routine
 from atlasphys.engine.math import vec
+from atlasphys.engine.trace import TRACED, note
 
 
 @routine
@@ -22,6 +23,8 @@ def reduce_points(normal, anchors, depths, first, count, kept):
         if depths[k] > depths[deepest]:
             deepest = k
     p = vec.load(anchors, deepest)
+    if TRACED:
+        note("reduce.keep", why="deepest", index=deepest - first, value=depths[deepest])
 
     farthest, best = -1, depths[first] - depths[first]
     for k in range(first, end):
@@ -32,6 +35,8 @@ def reduce_points(normal, anchors, depths, first, count, kept):
         kept[0] = deepest
         return 1
     q = vec.load(anchors, farthest)
+    if TRACED:
+        note("reduce.keep", why="farthest", index=farthest - first, value=best)
 
     # Twice the signed area of p, q, k, seen along the normal.
     third, most = -1, best - best
@@ -43,6 +48,8 @@ def reduce_points(normal, anchors, depths, first, count, kept):
         kept[0], kept[1] = min(deepest, farthest), max(deepest, farthest)
         return 2
     r = vec.load(anchors, third)
+    if TRACED:
+        note("reduce.keep", why="triangle", index=third - first, value=most)
     if most < 0:
         q, r = r, q  # p, q, r now run counter-clockwise
 
@@ -56,6 +63,8 @@ def reduce_points(normal, anchors, depths, first, count, kept):
         )
         if outside > best:
             fourth, best = k, outside
+    if TRACED and fourth >= 0:
+        note("reduce.keep", why="other side", index=fourth - first, value=best)
 
     number = 0
     for k in range(first, end):

@@ -25,6 +25,7 @@ from atlasphys.engine.narrowphase.pair import write_normal, write_point
 from atlasphys.engine.shapes.feature import supporting_feature
 from atlasphys.engine.shapes.support import rounding
 from atlasphys.engine.shapes.table import FEATURE_POINTS
+from atlasphys.engine.trace import TRACED, note
 
 FACING = 0.995
 """Cosine of the angle (5.7°) within which a face may stand in for the normal. Larger: round-off flips between one
@@ -145,6 +146,8 @@ def _clip_to_face(placed, placed_ids, face, face_count, n, other, count, slack, 
         if length > 0 and count > 0:
             count = _cut(polygon, polygon_ids, now, count, free, corner, outward, slack * length, SIDE | side)
             now, free = free, now
+            if TRACED:
+                note("clip.cut", corner=corner, outward=outward, side=side, polygon=polygon[now : now + count])
         corner, side = following, placed_ids[k]
     return now, count
 
@@ -162,6 +165,8 @@ def _write_face_points(
         p = vec.load(polygon, k)
         gap = level - vec.dot(p, n)
         depth = (-gap if second else gap) + radius_a + radius_b
+        if TRACED:
+            note("clip.depth", point=p, depth=depth, kept=depth > -margin, margin=margin)
         if depth > -margin:
             deepest = max(deepest, depth)
             middle = vec.add_scaled(p, n, half * (gap + radius_a - radius_b))
@@ -249,6 +254,9 @@ def write_contact(shapes, contacts, target, pair, n, distance, on_a, on_b, bias,
     count_b = supporting_feature(shapes, row_b, mat.transpose_mul_vec(rotation_b, vec.neg(n)), points, ids)
     _place_feature(points, ids, count_b, rotation_b, d, placed, placed_ids, count_a)
 
+    if TRACED:
+        features = placed[:count_a], placed[count_a : count_a + count_b]
+        note("clip.features", normal=n, distance=distance, on_a=features[0], on_b=features[1])
     # A face stands in for n if it parts the shapes as well; the first shape's face goes before the second's.
     face = -1
     face_normal = n
@@ -261,6 +269,8 @@ def write_contact(shapes, contacts, target, pair, n, distance, on_a, on_b, bias,
             if vec.dot(candidate, n) > real(FACING):
                 w, _ = difference_support(shapes, pair, candidate)
                 along = -vec.dot(w, candidate)
+                if TRACED:
+                    note("clip.face", side=side, normal=candidate, distance=along, allowed=distance - bias)
                 if along >= distance - bias:
                     face = side
                     face_normal = candidate

@@ -18,6 +18,7 @@ from atlasphys.engine.jit import allocating_routine, routine
 from atlasphys.engine.math import mat, vec
 from atlasphys.engine.narrowphase.gjk import ON_A, difference_support, precision
 from atlasphys.engine.shapes.table import CONE, CYLINDER, KIND
+from atlasphys.engine.trace import TRACED, note
 
 MAX_VERTICES = 64
 """Polyhedra need about 10, most curved cores 20 to 40. Smaller: some of those are left with a deeper normal than the
@@ -188,6 +189,8 @@ def _replace_seen(vertices, planes, corners, edges, faces, closest, new, toleran
             if corners[f, 3] == SEEN:
                 horizon = _take(corners, edges, f, horizon)
                 grown |= corners[f, 3] == TAKEN
+    if TRACED:
+        note("epa.horizon", removed=corners[:faces, 3] == TAKEN, edges=edges[:horizon])
     kept = 0
     for f in range(faces):
         if corners[f, 3] != TAKEN:
@@ -263,6 +266,8 @@ def epa(shapes, pair, simplex, count, hint, polytope):
             flat = vec.unit(hint)
         if vec.dot(flat, hint) < 0:
             flat = vec.neg(flat)
+        if TRACED:
+            note("epa.end", reason="flat")
         return flat, vec.dot(vec.load(vertices, 0), flat), on_a
 
     a, b, c = vec.load(vertices, 0), vec.load(vertices, 1), vec.load(vertices, 2)
@@ -276,6 +281,8 @@ def epa(shapes, pair, simplex, count, hint, polytope):
     _set_face(vertices, planes, corners, 2, q, p, 3, noise)
     _set_face(vertices, planes, corners, 3, p, 0, 3, noise)
     faces = 4
+    if TRACED:
+        note("epa.polytope", vertices=vertices[:count], corners=corners[:faces, :3], planes=planes[:faces, :4])
     relative = type(zero)(16) * eps if eps > 1e-10 else type(zero)(4096) * eps
     best = type(zero)(math.inf)
     normal = flat
@@ -290,6 +297,8 @@ def epa(shapes, pair, simplex, count, hint, polytope):
         lower = planes[closest, 4]
         if wall == 0 and (lower >= best or lower == math.inf):
             if not late:
+                if TRACED:
+                    note("epa.end", reason="no closer face", lower=lower)
                 break
             wall = 1
         n = vec.load(planes, closest) if wall == 0 else _wall_normal(shapes, pair, wall, normal)
@@ -300,7 +309,11 @@ def epa(shapes, pair, simplex, count, hint, polytope):
             normal = n
             on_a = _on_a(vertices, corners, closest, n, lower) if wall == 0 else w_on_a
         done = best - lower <= noise + relative * best
+        if TRACED:
+            note("epa.probe", face=closest, wall=wall, normal=n, lower=lower, point=w, on_a=w_on_a, upper=h, best=best)
         if done and not late:
+            if TRACED:
+                note("epa.end", reason="converged", lower=lower)
             break
         if done or wall > 0 or count == MAX_VERTICES:
             wall += 1
@@ -311,10 +324,14 @@ def epa(shapes, pair, simplex, count, hint, polytope):
                 known = True
         if known:
             planes[closest, 4] = type(zero)(math.inf)
+            if TRACED:
+                note("epa.known", face=closest)
             continue
         _add_vertex(vertices, count, w, w_on_a)
         newest, faces = _replace_seen(vertices, planes, corners, edges, faces, closest, count, noise)
         count += 1
+        if TRACED:
+            note("epa.polytope", vertices=vertices[:count], corners=corners[:faces, :3], planes=planes[:faces, :4])
     return normal, best, on_a
 
 

@@ -19,6 +19,7 @@ import math
 from atlasphys.engine.jit import inlined, routine
 from atlasphys.engine.math import mat, vec
 from atlasphys.engine.shapes.support import support
+from atlasphys.engine.trace import TRACED, note
 
 SEPARATED, TOUCHING, OVERLAPPING = 0, 1, 2
 """The cores are apart; they are apart or overlap by no more than round-off can tell; the origin lies inside a
@@ -223,19 +224,29 @@ def gjk(shapes, pair, start, limit, simplex):
     for step in range(MAX_ITERATIONS):
         w, w_on_a = difference_support(shapes, pair, vec.neg(v))
         largest = max(largest, vec.length_squared(w))
+        if TRACED:
+            note("gjk.support", direction=vec.neg(v), point=w, on_a=w_on_a)
         if step > 0:
             vw = vec.dot(v, w)
             if vw > bound * math.sqrt(vv):
                 bound, best = vw / math.sqrt(vv), v
             if vw > 0 and vw * vw > limit * limit * vv:
+                if TRACED:
+                    note("gjk.end", reason="beyond limit", lower=vw / math.sqrt(vv), limit=limit)
                 return SEPARATED, vec.scale(v, vw / vv), on_a, count
             if vv - vw <= gap_tolerance * vv + noise * math.sqrt(largest * vv):
+                if TRACED:
+                    note("gjk.end", reason="converged", lower=vw / math.sqrt(vv))
                 break
             if _holds(simplex, count, w):
+                if TRACED:
+                    note("gjk.end", reason="known point", lower=vw / math.sqrt(vv))
                 break
         vec.store(simplex, count, w)
         simplex[count, ON_A], simplex[count, ON_A + 1], simplex[count, ON_A + 2] = w_on_a
         _set_weights(simplex, count + 1)
+        if TRACED:
+            note("gjk.weights", simplex=simplex[: count + 1])
         count = _compact(simplex, count + 1)
         closest, closest_on_a = (zero, zero, zero), (zero, zero, zero)
         for i in range(count):
@@ -246,11 +257,19 @@ def gjk(shapes, pair, start, limit, simplex):
         previous = vv
         v, on_a = _squared_up(simplex, count, closest), closest_on_a
         vv = vec.length_squared(v)
+        if TRACED:
+            note("gjk.closest", point=v, on_a=on_a)
         if count == 4:
+            if TRACED:
+                note("gjk.end", reason="inside")
             return OVERLAPPING, v, on_a, count
         if vv <= near * near * largest:
+            if TRACED:
+                note("gjk.end", reason="on the boundary")
             return TOUCHING, v, on_a, count
         if step > 0 and vv >= previous:
+            if TRACED:
+                note("gjk.end", reason="round-off")
             break  # round-off has stopped the descent: this is as good as it gets
     # What was found is not |v| but how far n = −v / |v| parts the cores, for the n that parts them farthest: round-off
     # in v cannot make the two disagree.

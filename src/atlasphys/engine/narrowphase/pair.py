@@ -11,6 +11,7 @@ gives the two in the order of their kinds and remembers whether that swapped the
 from atlasphys.engine.jit import routine
 from atlasphys.engine.math import mat, vec
 from atlasphys.engine.shapes.table import KIND
+from atlasphys.engine.trace import TRACED, note
 
 
 @routine
@@ -46,6 +47,8 @@ def write_normal(contacts, target, normal):
     p, swapped, _, _ = target
     vec.store(contacts.normal, p, vec.neg(normal) if swapped else normal)
     contacts.count[p] = 0
+    if TRACED:
+        note("contact.normal", normal=normal)
 
 
 @routine
@@ -53,6 +56,8 @@ def write_point(contacts, target, point, depth, feature):
     """Add a contact point, given as seen from the first shape's origin and midway between the two surfaces."""
     p, swapped, center_a, center_b = target
     slot = contacts.first[p] + contacts.count[p]
+    if TRACED:
+        note("contact.point", point=point, depth=depth, feature=feature)
     from_a, from_b = vec.sub(point, center_a), vec.sub(point, center_b)
     vec.store(contacts.anchor_a, slot, from_b if swapped else from_a)
     vec.store(contacts.anchor_b, slot, from_a if swapped else from_b)

@@ -19,6 +19,7 @@ from atlasphys.engine.math import mat, vec
 from atlasphys.engine.narrowphase.segments import closest_of_segments
 from atlasphys.engine.shapes.support import support
 from atlasphys.engine.shapes.table import EDGE_COUNT, FACE_COUNT, FIRST_EDGE, FIRST_FACE, FIRST_VERTEX, VERTEX_COUNT
+from atlasphys.engine.trace import TRACED, note
 
 PARALLEL_SQUARED = 1e-6
 """Squared sine under which two edges count as parallel. Their axis would be round-off, and faces or other edges bound
@@ -62,14 +63,22 @@ def box_axes(shapes, pair, limit, bias, r):
     best_i, best_j = -1, -1
     for i in range(3):
         distance = abs(r[4, i]) - ha[i] - (hb[0] * abs(r[i, 0]) + hb[1] * abs(r[i, 1]) + hb[2] * abs(r[i, 2]))
+        if TRACED:
+            note("sat.axis", of="face of a", a=i, b=-1, axis=_column(rotation_a, i), distance=distance, best=best)
         if distance > best:
             best, best_i = distance, i
+            if TRACED:
+                note("sat.best")
     face_a = best
     for j in range(3):
         along = r[4, 0] * r[0, j] + r[4, 1] * r[1, j] + r[4, 2] * r[2, j]
         distance = abs(along) - hb[j] - (ha[0] * abs(r[0, j]) + ha[1] * abs(r[1, j]) + ha[2] * abs(r[2, j]))
+        if TRACED:
+            note("sat.axis", of="face of b", a=-1, b=j, axis=_column(rotation_b, j), distance=distance, best=best)
         if distance > best and distance > face_a + bias:
             best, best_i, best_j = distance, -1, j
+            if TRACED:
+                note("sat.best")
     if best < limit:
         face = best
         for i in range(3):
@@ -81,8 +90,15 @@ def box_axes(shapes, pair, limit, bias, r):
                     reach = ha[i1] * abs(r[i2, j]) + ha[i2] * abs(r[i1, j])
                     reach += hb[j1] * abs(r[i, j2]) + hb[j2] * abs(r[i, j1])
                     distance = (abs(r[4, i2] * r[i1, j] - r[4, i1] * r[i2, j]) - reach) / math.sqrt(squared)
+                    if TRACED:
+                        axis = vec.cross(_column(rotation_a, i), _column(rotation_b, j))
+                        note("sat.axis", of="edges", a=i, b=j, axis=axis, distance=distance, best=best)
                     if distance > best and distance > face + bias:
                         best, best_i, best_j = distance, i, j
+                        if TRACED:
+                            note("sat.best")
+                elif TRACED:
+                    note("sat.parallel", a=i, b=j)
     if best_i >= 0 and best_j >= 0:
         axis_a, axis_b = _column(rotation_a, best_i), _column(rotation_b, best_j)
         n = vec.unit(vec.cross(axis_a, axis_b))
@@ -146,8 +162,12 @@ def _face_axis(shapes, row, other, vertices, other_vertices, normals):
             distance = min(distance, vec.dot(n, vec.load(other_vertices, k)) - level)
             if distance <= best:
                 break
+        if TRACED:
+            note("sat.face", face=f, axis=n, distance=distance, best=best)
         if distance > best:
             best, best_face = distance, f
+            if TRACED:
+                note("sat.best")
     return best, best_face
 
 
@@ -184,9 +204,13 @@ def polyhedra_axes(shapes, pair, limit, bias, scratch):
     zero = real(0)
     _turn_polyhedron(shapes, row_a, rotation_a, (zero, zero, zero), vertices[0], normals[0])
     _turn_polyhedron(shapes, row_b, rotation_b, d, vertices[1], normals[1])
+    if TRACED:
+        note("sat.faces", of="face of a")
     from_a, face = _face_axis(shapes, row_a, row_b, vertices[0], vertices[1], normals[0])
     best = from_a
     n = vec.load(normals[0], face)
+    if TRACED:
+        note("sat.faces", of="face of b")
     from_b, face = _face_axis(shapes, row_b, row_a, vertices[1], vertices[0], normals[1])
     if from_b > best + bias:
         best = from_b
@@ -223,10 +247,15 @@ def polyhedra_axes(shapes, pair, limit, bias, scratch):
                 if vec.dot(axis, left_a) + vec.dot(axis, right_a) < 0:
                     axis = vec.neg(axis)
                 distance = vec.dot(axis, vec.sub(q, p))
+                if TRACED:
+                    e, f = i - first_a, j - first_b
+                    note("sat.axis", of="edges", a=e, b=f, axis=axis, distance=distance, best=best)
                 if distance > best and distance > face_distance + bias:
                     best = distance
                     n = axis
                     edge_a, edge_b = i, j
+                    if TRACED:
+                        note("sat.best")
                     if best > limit:
                         break
     if edge_a >= 0:

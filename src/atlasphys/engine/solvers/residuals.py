@@ -62,6 +62,8 @@ class Sweep(NamedTuple):
     residuals: Residuals
     motion: npt.NDArray[Any]
     """(bodies, 6) velocities and angular velocities after it."""
+    impulse: Doubles | None = None
+    """(n, 3) normal impulse and friction impulse along two tangents of each contact point since the step began [N s], if the solver notes them."""
 
 
 def point_residuals(

@@ -60,5 +60,5 @@ def sweeps(
         excess = normal_speed(motion, a, b, arms, normal) - target[place]
         rubbed = np.hypot(impulse[:, 1], impulse[:, 2])
         residuals = point_residuals(excess, inverse_mass, impulse[:, 0], rubbed, friction, depth)
-        found.append(Sweep(s, -1, residuals, motion))
+        found.append(Sweep(s, -1, residuals, motion, impulse))
     return found

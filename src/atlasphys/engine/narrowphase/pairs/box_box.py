@@ -6,6 +6,7 @@ from atlasphys.engine.jit import allocating_kernel
 from atlasphys.engine.narrowphase.clip import FACE_PREFERENCE, clip_scratch, write_contact
 from atlasphys.engine.narrowphase.pair import place
 from atlasphys.engine.narrowphase.sat import box_axes
+from atlasphys.engine.trace import TRACED, note
 
 
 @allocating_kernel
@@ -19,5 +20,7 @@ def box_box(rows, bodies, colliders, shapes, margin, contacts):
     for p in rows:
         pair, target = place(bodies, colliders, shapes, contacts, p)
         normal, distance, on_a, on_b = box_axes(shapes, pair, margin, bias, r)
+        if TRACED:
+            note("sat.result", normal=normal, distance=distance, on_a=on_a, on_b=on_b, limit=margin)
         if distance < margin:
             write_contact(shapes, contacts, target, pair, normal, distance, on_a, on_b, bias, margin, scratch)

@@ -10,6 +10,7 @@ from atlasphys.engine.narrowphase.epa import epa, polytope_scratch
 from atlasphys.engine.narrowphase.gjk import SEPARATED, gjk
 from atlasphys.engine.narrowphase.pair import place
 from atlasphys.engine.shapes.support import rounding
+from atlasphys.engine.trace import TRACED, note
 
 
 @routine
@@ -21,12 +22,16 @@ def core_contact(shapes, pair, limit, simplex, polytope):
         points that are nearest or overlap most. Distances above ``limit`` are only known to be above it.
     """
     status, v, on_a, count = gjk(shapes, pair, pair[4], limit, simplex)
+    if TRACED:
+        note("gjk.result", status=status, point=v, on_a=on_a, simplex=simplex[:count])
     if status == SEPARATED:
         distance = vec.length(v)
         normal = vec.scale(v, type(distance)(-1) / distance)
     else:
         normal, depth, on_a = epa(shapes, pair, simplex, count, pair[4], polytope)
         distance = -depth
+        if TRACED:
+            note("epa.result", normal=normal, depth=depth, on_a=on_a)
     return normal, distance, on_a, vec.add_scaled(on_a, normal, distance)
 
 
@@ -48,6 +53,8 @@ def convex_convex(rows, bodies, colliders, shapes, margin, contacts):
         pair, target = place(bodies, colliders, shapes, contacts, p)
         limit = margin + rounding(shapes, pair[0]) + rounding(shapes, pair[1])
         normal, distance, on_a, on_b = core_contact(shapes, pair, limit + real(CLEAR) * margin, simplex, polytope)
+        if TRACED:
+            note("core.result", normal=normal, distance=distance, on_a=on_a, on_b=on_b, limit=limit)
         if distance >= limit:
             contacts.gap[p] = certain_gap(distance - limit, shapes, pair)
         else:

@@ -6,6 +6,7 @@ from atlasphys.engine.narrowphase.apart import certain_gap
 from atlasphys.engine.narrowphase.clip import FACE_PREFERENCE, clip_scratch, write_contact
 from atlasphys.engine.narrowphase.pair import place
 from atlasphys.engine.narrowphase.sat import hull_scratch, polyhedra_axes
+from atlasphys.engine.trace import TRACED, note
 
 ROUND_OFF = 1e-5
 """Round-off of a distance from a face, as a part of the sizes of the two shapes."""
@@ -57,6 +58,8 @@ def polyhedra(rows, bodies, colliders, shapes, margin, contacts):
     for p in rows:
         pair, target = place(bodies, colliders, shapes, contacts, p)
         normal, distance, on_a, on_b, hold = polyhedra_axes(shapes, pair, margin, bias, vertices)
+        if TRACED:
+            note("sat.result", normal=normal, distance=distance, on_a=on_a, on_b=on_b, limit=margin)
         if distance >= margin:
             contacts.gap[p] = clear_gap(shapes, pair, distance, hold, margin + bias)
         else:
