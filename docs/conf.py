@@ -1,11 +1,11 @@
-"""Sphinx settings of the theory book: ``python -m sphinx -W -n docs/theory OUT`` builds it without network."""
+"""Sphinx settings of the documentation: ``python -m sphinx -W -n docs OUT`` builds it without network."""
 
 import sys
 from pathlib import Path
 
 sys.path.append(str(Path(__file__).parent / "_extensions"))
 
-project = "The theory of AtlasPhys"
+project = "AtlasPhys"
 copyright = "AtlasPhys, MIT licence"
 extensions = ["myst_parser", "mathml"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
