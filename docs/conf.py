@@ -15,5 +15,5 @@ html_title = project
 html_static_path = ["_static"]
 html_css_files = ["book.css"]
 html_math_renderer = "mathml"
-math_numfig = False
+numfig = True  # formulas are numbered by chapter
 exclude_patterns = ["_build"]

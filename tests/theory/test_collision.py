@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.spatial
 import sympy as sp
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import atlasphys as ap
@@ -43,6 +43,7 @@ def two_boxes(d):
 
 
 @checks("collision-minkowski", "collision-convex", "collision-support", "collision-placed")
+@settings(max_examples=30)
 @given(UNIT)
 def test_support_of_the_difference(direction):
     pair, corners = two_boxes((1.5, 0.3, -0.2))
@@ -70,6 +71,7 @@ def test_differences_of_convex_sets_are_convex():
 
 
 @checks("collision-gap", "collision-witness", "collision-minkowski")
+@settings(max_examples=40)
 @given(UNIT, st.floats(0.5, 6))
 def test_gjk_against_the_whole_difference(direction, reach):
     pair, corners = two_boxes(np.array(direction) * reach)

@@ -1,7 +1,7 @@
 """The formulas of docs/theory/vectors.md, on symbols, and the engine's routines against them."""
 
 import sympy as sp
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from atlasphys.engine.math import mat, vec
@@ -117,6 +117,7 @@ def test_tangents_on_symbols():
 
 
 @checks("vectors-tangents")
+@settings(max_examples=40)
 @given(st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda n: sum(e * e for e in n) > 1e-6))
 def test_the_engine_s_tangents(direction):
     n = sp.Matrix(interpreted(vec.unit)(direction)).evalf()
