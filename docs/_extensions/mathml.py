@@ -33,7 +33,7 @@ def visit_inline(self: HTML5Translator, node: nodes.math) -> None:
 def visit_display(self: HTML5Translator, node: nodes.math_block) -> None:
     """A formula of its own, with the number by which it is referred to."""
     self.body.append(self.starttag(node, "div", CLASS="math-display"))
-    self.body.append(convert(node, display=True))
+    self.body.append(f'<div class="math-body">{convert(node, display=True)}</div>')
     if node["number"]:
         number = get_node_equation_number(self, node)
         self.body.append(f'<span class="eqno">({number})')
