@@ -172,7 +172,9 @@ def renew(points, locks, block, integers, blocks, motion, inverse_mass):
     turns_b = [vec.sym_mul_vec(pair.inertia_b, c) for c in arms_b]
     turns_a = [vec.sym_mul_vec(pair.inertia_a, c) for c in arms_a]
     for j in range(points):
-        inverse = reciprocal(select(valid[j], along + vec.dot(arms_b[j], turns_b[j]) + vec.dot(arms_a[j], turns_a[j]), 1))
+        inverse = reciprocal(
+            select(valid[j], along + vec.dot(arms_b[j], turns_b[j]) + vec.dot(arms_a[j], turns_a[j]), 1)
+        )
         store(blocks, block, fields.inverse + j, inverse)
         for k in range(points):
             if j != k:
