@@ -239,7 +239,10 @@ def sweep_positions(bodies, blocks, locked, numbers):
 
 @routine
 def sweep_velocities(bodies, blocks, locked, inverse_h, ease):
-    """Solve velocities: visit all contacts once, colour by colour. Returns whether an impact was not solved for. ``ease`` is None if nothing bounces."""
+    """Solve velocities: visit all contacts once, colour by colour. Returns whether an impact was not solved for.
+
+    ``ease`` is a factor on the speeds with which impacts end; None if nothing bounces.
+    """
     motion, inverse_mass, wrong = bodies.motion, bodies.inverse_mass, False
     none = inverse_h - inverse_h
     for c in range(COLOURS + 1):

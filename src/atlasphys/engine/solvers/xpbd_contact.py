@@ -253,8 +253,10 @@ def solve_positions(points, locks, block, other, integers, blocks, motion, inver
 @simd_kernel
 def solve_velocities(points, locks, block, other, integers, blocks, motion, inverse_mass, inverse_h, ease) -> bool:
     """Where the bodies are now: end impacts, take back the speed that pushing out gave, and let friction act within what the impulses of the substep
-    allow; in two blocks of a colour, or twice the same. Whether some impact was still off its speed, which is ``ease`` times what it was; if ``ease`` is
-    None, nothing bounces."""
+    allow; in two blocks of a colour, or twice the same.
+
+    Returns whether some impact was still off its speed, which is ``ease`` times what it was. If ``ease`` is None, nothing bounces.
+    """
     block = beside(block, other)
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
     old = [load(blocks, block, fields.impulse + k) for k in range(points)]
