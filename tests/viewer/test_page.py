@@ -315,11 +315,15 @@ def test_projection_views_and_mouse_sensitivity(demo):
     demo.button("Orthographic")
     until(lambda: client.camera.fov < 0.03)
     until(lambda: np.linalg.norm(np.array(client.camera.position) - client.camera.look_at) > 500)
-    lower = demo.screen((0, 0, 0)), demo.screen((0, 3, 0))
-    height = [a[1] - b[1] for a, b in (before, lower)]
-    assert height[1] == pytest.approx(height[0], rel=0.4)
-    one, other = (demo.screen((0, 3, z))[1] - demo.screen((0, 4, z))[1] for z in (-20, 20))
-    assert one == pytest.approx(other, rel=0.06)  # parallel: as large near as far
+
+    def is_orthographic():
+        """As high as before, and parallel: as large near as far. The camera's numbers come one after another."""
+        lower = demo.screen((0, 0, 0)), demo.screen((0, 3, 0))
+        height = [a[1] - b[1] for a, b in (before, lower)]
+        near, far = (demo.screen((0, 3, z))[1] - demo.screen((0, 4, z))[1] for z in (-20, 20))
+        return height[1] == pytest.approx(height[0], rel=0.4) and near == pytest.approx(far, rel=0.06)
+
+    until(is_orthographic)
     demo.button("Perspective")
     until(lambda: client.camera.fov > 0.5)
     demo.button("Top")
