@@ -109,32 +109,14 @@ def aim_contacts(locked, motion, inverse_mass, drives, constants, new, work, mem
     first, stop = share(0, work.starts[1, COLOURS + 1], member)
     for block in range(first, stop):
         if aim(
-            4,
-            locked,
-            block,
-            work.integers_many,
-            work.blocks_many,
-            motion,
-            inverse_mass,
-            drives,
-            new,
-            constants.bounce,
-        ):
+            4, locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, drives, new, constants.bounce
+        ):  # fmt: skip
             acts = True
     first, stop = share(0, work.starts[0, COLOURS + 1], member)
     for block in range(first, stop):
         if aim(
-            1,
-            locked,
-            block,
-            work.integers_one,
-            work.blocks_one,
-            motion,
-            inverse_mass,
-            drives,
-            new,
-            constants.bounce,
-        ):
+            1, locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, drives, new, constants.bounce
+        ):  # fmt: skip
             acts = True
     if acts:
         work.status[WRONG] = 0

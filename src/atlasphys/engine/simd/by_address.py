@@ -19,7 +19,8 @@ from numba.core.registry import cpu_target
 from numba.core.typing import templates as _templates
 from numba.core.typing.typeof import typeof_impl
 
-types: Any = _types  # Numba's own annotations are incomplete
+# Numba's and llvmlite's own annotations are incomplete: hence Any, and bases and decorators that mypy is told to let pass.
+types: Any = _types
 models: Any = _models
 registry: Any = _registry
 imputils: Any = _imputils

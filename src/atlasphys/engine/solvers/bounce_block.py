@@ -35,7 +35,7 @@ from atlasphys.engine.solvers.contact_block import (
     FAR,
     SLIDE_TOTAL,
     TWIST_TOTAL,
-    share_load,
+    sweep_normal_impulses,
 )
 from atlasphys.engine.solvers.soft_contact import Pair
 from atlasphys.engine.state.blocks import COUNT, MANIFOLD
@@ -116,7 +116,7 @@ def strike(points, locks, block, integers, blocks, motion, inverse_mass, ease) -
         off = absolute(excess[k]) > load(blocks, block, fields.gap + k)
         wrong = wrong | (off & ((old[k] > 0) | (excess[k] < 0)))
     wanted = [old[k] - load(blocks, block, fields.inverse + k) * excess[k] for k in range(points)]
-    new = share_load(fields, blocks, block, old, wanted, None, BOUNCE_SWEEPS if points > 1 else 1)
+    new = sweep_normal_impulses(fields, blocks, block, old, wanted, None, BOUNCE_SWEEPS if points > 1 else 1)
     pair.press([new[k] - old[k] for k in range(points)])
     for k in range(points):
         store(blocks, block, fields.total + k, new[k])

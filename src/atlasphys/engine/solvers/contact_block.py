@@ -70,7 +70,7 @@ def load_arms(fields, blocks, block, normal, centroid):
     return tuple(load_vec(blocks, block, fields.arm + 3 * k) for k in range(fields.points))
 
 
-def share_load(fields, blocks, block, impulses, wanted, scales, sweeps):
+def sweep_normal_impulses(fields, blocks, block, impulses, wanted, scales, sweeps):
     """Gauss–Seidel sweeps over the normal impulses of a manifold. Returns the new ones.
 
     ``wanted`` is what each impulse would become if the others stayed and it might pull; it falls as the others rise, and does not depend on the

@@ -22,9 +22,9 @@ from atlasphys.engine.solvers.contact_block import (
     load_inverse_mass,
     load_vec,
     reciprocal,
-    share_load,
     solve_disk,
     store_vec,
+    sweep_normal_impulses,
     weighted,
 )
 from atlasphys.engine.state.blocks import BODY_A, BODY_B, COUNT, MANIFOLD, MOVES_A, MOVES_B
@@ -272,7 +272,9 @@ def solve(points, locks, relax, block, other, integers, blocks, motion, inverse_
         if not relax:
             scales.append(select(apart, 1, mass_scale))
             wanted[k] = wanted[k] * scales[k]
-    new = share_load(fields, blocks, block, old, wanted, None if relax else scales, INNER_SWEEPS if points > 1 else 1)
+    new = sweep_normal_impulses(
+        fields, blocks, block, old, wanted, None if relax else scales, INNER_SWEEPS if points > 1 else 1
+    )
     pair.press([new[k] - old[k] for k in range(points)])
     load_total = sum(new[1:], new[0])
     for k in range(points):

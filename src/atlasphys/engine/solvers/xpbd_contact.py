@@ -33,8 +33,8 @@ from atlasphys.engine.solvers.contact_block import (
     Fields,
     invert_2x2,
     reciprocal,
-    share_load,
     solve_disk,
+    sweep_normal_impulses,
     weighted,
 )
 from atlasphys.engine.solvers.soft_contact import Pair
@@ -212,7 +212,9 @@ def solve_positions(points, locks, block, other, integers, blocks, motion, inver
             scales.append(1 / (1 + compliance * inverse))
             wanted[k] = wanted[k] * scales[k]
     zero = full(wanted[0], 0)
-    new = share_load(fields, blocks, block, [zero] * points, wanted, scales, INNER_SWEEPS if points > 1 else 1)
+    new = sweep_normal_impulses(
+        fields, blocks, block, [zero] * points, wanted, scales, INNER_SWEEPS if points > 1 else 1
+    )
     pair.press(new)
     for k in range(points):  # those of the last substep are final now
         store(
@@ -275,7 +277,7 @@ def solve_velocities(points, locks, block, other, integers, blocks, motion, inve
             off = (bounce != 0) & (absolute(excess[k]) > load(blocks, block, fields.allowed + k))
             wrong = wrong | (off & ((old[k] > 0) | (excess[k] < 0)))
         wanted.append(old[k] - load(blocks, block, fields.inverse + k) * excess[k])
-    new = share_load(fields, blocks, block, old, wanted, None, 1)
+    new = sweep_normal_impulses(fields, blocks, block, old, wanted, None, 1)
     pair.press([new[k] - old[k] for k in range(points)])
     for k in range(points):
         store(blocks, block, fields.impulse + k, new[k])
