@@ -63,7 +63,9 @@ def test_a_part_is_a_view_of_the_table(function, index):
     np.testing.assert_array_equal(shelves.square, expected)
 
 
-@pytest.mark.parametrize("function", [ones_below, getattr(ones_below, "py_func", ones_below)], ids=["compiled", "Python"])
+@pytest.mark.parametrize(
+    "function", [ones_below, getattr(ones_below, "py_func", ones_below)], ids=["compiled", "Python"]
+)
 def test_trailing_ones(function):
     rng = np.random.default_rng(0)
     counts = [*range(65), *rng.integers(0, 64, 50).tolist()]

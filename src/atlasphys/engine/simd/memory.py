@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 
-from atlasphys.engine.simd.lanes import LANES, LLVM_TYPES, Lanes, Mask, pick
+from atlasphys.engine.simd.lanes import LANES, LLVM_TYPES, Lanes, pick
 
 _I32, _I64 = ir.IntType(32), ir.IntType(64)
 
@@ -310,15 +310,19 @@ def _elsewhere(rows: Table, pointers: list[Any], where: Any, columns: int) -> li
 def _columns_of(builder: Any, rows: list[Any]) -> list[Any]:
     """The eight columns of eight rows, or of sixteen.
 
-    Quarters of rows, four elements each, are transposed four by four, as many as a register holds; the shuffles are those that every x86 has as single
-    instructions. Rows lie side by side beforehand so that one more shuffle puts the quarters of each column in order.
+    Quarters of rows, four elements each, are transposed four by four, as many as a register holds; the shuffles are those that every x86 has as
+    single instructions. Rows lie side by side beforehand so that one more shuffle puts the quarters of each column in order.
     """
+    low: tuple[int, ...]
+    high: tuple[int, ...]
     if len(rows) == LANES:
         parts = [_transpose_quads(builder, rows[start : start + 4]) for start in (0, 4)]
         low, high = (0, 2), (1, 3)
     else:
         parts = [
-            _transpose_quads(builder, [_quads(builder, rows[i], rows[i + 4], 0, 1, 2, 3) for i in range(start, start + 4)])
+            _transpose_quads(
+                builder, [_quads(builder, rows[i], rows[i + 4], 0, 1, 2, 3) for i in range(start, start + 4)]
+            )
             for start in (0, 8)
         ]
         low, high = (0, 2, 4, 6), (1, 3, 5, 7)
