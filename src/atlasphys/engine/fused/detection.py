@@ -297,10 +297,13 @@ def sort_pairs(first, stop, bodies, constants, old, new, work, lanes):
         if status[KINEMATIC_BODIES] and (is_turntable(bodies, a) or is_turntable(bodies, b)):
             points = 0
         soon = j if points > 0 else 0
-        fetch(old.reference, soon)
-        fetch(old.local, soon)
-        fetch(old.contact, soon)
-        fetch(old.points, soon)
+        fetch(old.reference, soon, 0)
+        fetch(old.local, soon, 0)
+        fetch(old.contact, soon, 0)
+        fetch(old.points, soon, 0)
+        soon = j if points > 1 else 0
+        fetch(old.local, soon, 16)
+        fetch(old.points, soon, 16)
         lanes.waiting[RECYCLE_MANY, many] = lanes.waiting[RECYCLE_ONE, one] = lanes.waiting[LOOK_NEARER, nearer] = p
         many += 1 if points > 1 else 0
         one += 1 if points == 1 else 0

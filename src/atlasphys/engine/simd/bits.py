@@ -29,19 +29,20 @@ def _trailing_ones(typing: Any, bits: Any) -> Any:
     return types.int64(types.uint64), generate
 
 
-def fetch(table: Any, row: int) -> None:
-    """Have the beginning of a row of a table brought near, since it is soon wanted: its cache line, if it is farther off than the second level."""
+def fetch(table: Any, row: int, column: int) -> None:
+    """Have the cache line of an entry of a table brought near, to the second level, since it is soon wanted."""
 
 
 @compiled_as(fetch)
-def _fetch(typing: Any, table: Any, row: Any) -> Any:
+def _fetch(typing: Any, table: Any, row: Any, column: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         array = context.make_array(table)(context, builder, values[0])
-        stride = cgutils.unpack_tuple(builder, array.strides, table.ndim)[0]
-        place = cgutils.pointer_add(builder, array.data, builder.mul(values[1], stride), _BYTE.as_pointer())
+        strides = cgutils.unpack_tuple(builder, array.strides, table.ndim)
+        offset = builder.add(builder.mul(values[1], strides[0]), builder.mul(values[2], strides[1]))
+        place = cgutils.pointer_add(builder, array.data, offset, _BYTE.as_pointer())
         kind = ir.FunctionType(ir.VoidType(), [_BYTE.as_pointer(), _I32, _I32, _I32])
         function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8")
         builder.call(function, [place, *(ir.Constant(_I32, number) for number in (0, 2, 1))])
         return context.get_dummy_value()
 
-    return types.none(table, types.int64), generate
+    return types.none(table, types.int64, types.int64), generate
