@@ -31,6 +31,7 @@ from typing import Any, TypeVar
 
 import numba
 import platformdirs
+from numba.core.dispatcher import Dispatcher
 
 from atlasphys.engine.simd.inlining import IngredientCompiler
 
@@ -108,6 +109,26 @@ def _kernel(function: Function, allocates: bool) -> Function:
         return _njit(cache=True, no_cfunc_wrapper=True, _nrt=allocates, **_OPTIONS)(function)
     finally:
         _config.CACHE_DIR = previous
+
+
+_entries: dict[tuple[Any, str], Callable[..., Any]] = {}
+
+
+def call(compiled: Callable[..., Any], precision: str, *arguments: Any) -> Any:
+    """Call a kernel whose arguments have the same types in all worlds of a precision, NumPy's character for which is given.
+
+    Numba looks at all arrays of all tables to find the code for their types, which can take longer than the kernel; this does it once. Called with
+    other types, the code would read and write anywhere.
+    """
+    entry = _entries.get((compiled, precision))
+    if entry is None:
+        entry = compiled
+        if isinstance(compiled, Dispatcher):
+            kinds = tuple(map(compiled.typeof_pyval, arguments))
+            compiled.compile(kinds)
+            entry = compiled.overloads[kinds].entry_point
+        _entries[compiled, precision] = entry
+    return entry(*arguments)
 
 
 def is_compiled(compiled: Callable[..., Any]) -> bool:

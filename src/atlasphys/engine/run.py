@@ -21,6 +21,7 @@ from atlasphys.engine.fused.response import response_address, response_address_w
 from atlasphys.engine.fused.steps import run_steps
 from atlasphys.engine.islands.colour import COLOURS
 from atlasphys.engine.islands.split import HUB_COLUMNS, MOST_WHOLE
+from atlasphys.engine.jit import call
 from atlasphys.engine.narrowphase.addresses import ADDRESSES
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
 from atlasphys.engine.narrowphase.dispatch import EDGE_LIMITS, KIND_ROUTINES, ROUTINES, with_room
@@ -35,10 +36,10 @@ from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.blocks import INTEGERS
-from atlasphys.engine.state.bodies import CHANGED, DYNAMIC, KINEMATIC, STATIC
+from atlasphys.engine.state.bodies import DYNAMIC, KINEMATIC, STATIC
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
 from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
-from atlasphys.engine.state.state import Environment, State, tolerances_of
+from atlasphys.engine.state.state import NO_PAIRS, NO_ROWS, Environment, State, tolerances_of
 from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
@@ -145,8 +146,6 @@ looked at that do not touch."""
 NO_SYNC: npt.NDArray[np.int64] = aligned_zeros((SYNC_LENGTH,), np.int64)
 """Stands for the ``sync`` of a team of threads."""
 
-NO_ROWS: npt.NDArray[np.int32] = np.empty(0, np.int32)
-
 
 class Workspace:
     """What the fused step keeps between steps and can derive from the state at any time."""
@@ -160,6 +159,7 @@ class Workspace:
         self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]
         self.work.extent[:n] = state.table.arrays.extent[state.colliders.shape[:n]]
         self.work.status[OLD_ROWS] = state.manifold_count
+        self.work.status[KINEMATIC_BODIES] = (state.bodies.kind[:n] == KINEMATIC).any()
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
         self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
         self.pace = 1
@@ -360,10 +360,11 @@ def find_parts(state: State, values: Constants) -> None:
     response = response_address_with_locks if locks_of(state).any() else response_address
     precision = {"f": "single", "d": "double"}[state.real.char]
     ahead.start({"response": response, "detection": detection_address}, precision)
-    run_steps(*before, state.contacts, space.kept, state.count, fat, values, work, 0, NO_SYNC)
+    real = state.real.char
+    call(run_steps, real, *before, state.contacts, space.kept, state.count, fat, values, work, 0, NO_SYNC)
     ahead.wait()
-    work.calls[DETECTION] = detection_address(*before, fat, values, work, NO_SYNC)
-    work.calls[RESPONSE] = response(*before, fat, values, work, NO_SYNC)
+    work.calls[DETECTION] = call(detection_address, real, *before, fat, values, work, NO_SYNC)
+    work.calls[RESPONSE] = call(response, real, *before, fat, values, work, NO_SYNC)
 
 
 def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
@@ -389,12 +390,11 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     state.forced = False
     status[CHECKED], status[PHASE], status[STEP] = 0, DETECT, state.steps + 1
     status[SLEEPS], status[SLEEPERS_CHANGED] = pipeline.sleeping, 1
-    status[KINEMATIC_BODIES] = (state.bodies.kind[: state.count] == KINEMATIC).any()
     if keeps and (written or len(space.tree.fat.center) != state.count):
         look_for_pairs(state, pipeline.broadphase, h)
     if len(space.work.lanes.queue) < pipeline.threads:
         space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, KINDS, state.real))
-    changed = bool((state.bodies.rest[: state.count] == CHANGED).any())
+    changed = state.changed
     wanted = 1 if changed or values.ratio != 1 else min(steps, space.pace)
     completed = 0
     if space.work.calls[DETECTION] == 0:
@@ -404,8 +404,9 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
             start = time.perf_counter()
             try:
                 with lend_team(pipeline.threads) as sync:
-                    answer = run_steps(
-                        *tables(state), state.contacts, space.kept, state.count, space.tree.fat, values, space.work, wanted, sync,
+                    answer = call(
+                        run_steps, state.real.char, *tables(state), state.contacts, space.kept, state.count,
+                        space.tree.fat, values, space.work, wanted, sync,
                     )  # fmt: skip
             finally:  # Ctrl-C is heard as soon as the call has returned
                 completed += note_completed(state, completed, h, settings.substeps)
@@ -438,10 +439,11 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     except BaseException:
         abandon_step(state, completed)
         raise
+    scale = 1e-9 / max(steps, 1)
     for stage, nanoseconds in zip(STAGES, space.work.times.tolist(), strict=True):
-        profile[stage] = 1e-9 * nanoseconds / max(steps, 1)
-    state.began = space.work.began[: status[BEGAN]].copy()
-    state.ended = space.work.ended[: status[ENDED]].copy()
+        profile[stage] = nanoseconds * scale
+    state.began = space.work.began[: status[BEGAN]].copy() if status[BEGAN] else NO_PAIRS
+    state.ended = space.work.ended[: status[ENDED]].copy() if status[ENDED] else NO_PAIRS
     state.slept = _rows(changed_activity(state) < 0) if status[SLEPT] else NO_ROWS
     state.woke = _rows(changed_activity(state) > 0) if status[WOKEN] else NO_ROWS
     return profile
@@ -471,7 +473,7 @@ def abandon_step(state: State, completed: int) -> None:
         bodies.island[: state.count][woken] = work.island_before[: state.count][woken]
         bodies.rest[: state.count][woken] = work.rest_before[: state.count][woken]
     if completed:  # the events of that step have been overwritten
-        state.began = state.ended = np.empty((0, 2), np.int32)
+        state.began = state.ended = NO_PAIRS
         state.slept = state.woke = NO_ROWS
     state.forced = bool(work.status[FORCES])
     state.workspace = None
