@@ -33,7 +33,8 @@ import numba
 import platformdirs
 from numba.core.dispatcher import Dispatcher
 
-from atlasphys.engine.simd.inlining import IngredientCompiler
+from atlasphys.engine.simd.compiling import quickly
+from atlasphys.engine.simd.inlining import IngredientCompiler, KernelCompiler
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -106,9 +107,12 @@ def _kernel(function: Function, allocates: bool) -> Function:
     # Numba reads this setting when a function's cache is set up, in this call; other packages' kernels keep theirs.
     previous, _config.CACHE_DIR = _config.CACHE_DIR, str(folder)
     try:
-        return _njit(cache=True, no_cfunc_wrapper=True, _nrt=allocates, **_OPTIONS)(function)
+        compiled = _njit(
+            cache=True, no_cfunc_wrapper=True, _nrt=allocates, pipeline_class=KernelCompiler, **_OPTIONS
+        )(function)
     finally:
         _config.CACHE_DIR = previous
+    return _with_fewer_types(compiled)
 
 
 _entries: dict[tuple[Any, str], Callable[..., Any]] = {}
@@ -167,8 +171,12 @@ def _routine(function: Function, forceinline: bool = False, allocates: bool = Fa
         pipeline_class=IngredientCompiler,
         **_OPTIONS,
     )(function)
-    if hasattr(compiled, "compile"):  # not where NUMBA_DISABLE_JIT is set
-        compile_types = compiled.compile
+    return _with_fewer_types(compiled)
+
+
+def _with_fewer_types(compiled: Any) -> Any:
+    if isinstance(compiled, Dispatcher):  # not where NUMBA_DISABLE_JIT is set
+        compile_types = quickly(compiled.compile)
         compiled.compile = lambda types: compile_types(tuple(map(_passed_as, types)))
     return compiled
 
