@@ -4,6 +4,7 @@ from atlasphys.engine.islands.colour import COLOURS, beside
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call
+from atlasphys.engine.simd.by_address import part_of
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
 from atlasphys.engine.solvers.locked import follow_turn
@@ -21,7 +22,6 @@ from atlasphys.engine.state.work import (
     PLAIN,
     TUMBLING,
     WRONG,
-    lanes_of,
 )
 from atlasphys.engine.team import meet, member_of, share
 
@@ -320,7 +320,7 @@ def take_part(arguments, rank, size, locked):
     """Do a thread's share of the response. ``locked`` are the rows of the bodies whose rotation is locked about some axis; None if no body
     has any locks, not even of its translation."""
     bodies, _, _, table_0, table_1, _, _, constants, work, sync = arguments
-    lanes, member = lanes_of(work.lanes, rank), member_of(sync, rank, size)
+    lanes, member = part_of(work.lanes, rank), member_of(sync, rank, size)
     respond(bodies, locked, constants, table_1 if work.status[PARITY] == 0 else table_0, work, member)
     settle_bodies(bodies, work, lanes, member)
 
