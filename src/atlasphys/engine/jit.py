@@ -107,9 +107,9 @@ def _kernel(function: Function, allocates: bool) -> Function:
     # Numba reads this setting when a function's cache is set up, in this call; other packages' kernels keep theirs.
     previous, _config.CACHE_DIR = _config.CACHE_DIR, str(folder)
     try:
-        compiled = _njit(
-            cache=True, no_cfunc_wrapper=True, _nrt=allocates, pipeline_class=KernelCompiler, **_OPTIONS
-        )(function)
+        compiled = _njit(cache=True, no_cfunc_wrapper=True, _nrt=allocates, pipeline_class=KernelCompiler, **_OPTIONS)(
+            function
+        )
     finally:
         _config.CACHE_DIR = previous
     return _with_fewer_types(compiled)

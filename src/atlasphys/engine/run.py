@@ -15,8 +15,10 @@ from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.broadphase.fat_boxes import BOUNDING_RADIUS, shape_bounds
 from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
+from atlasphys.engine.fused.bounce import bounce_address, bounce_address_with_locks
 from atlasphys.engine.fused.constants import Constants
 from atlasphys.engine.fused.detection import detection_address
+from atlasphys.engine.fused.generic import generic_address
 from atlasphys.engine.fused.response import response_address, response_address_with_locks
 from atlasphys.engine.fused.steps import run_steps
 from atlasphys.engine.islands.colour import COLOURS
@@ -37,13 +39,14 @@ from atlasphys.engine.solvers.soft_step import SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.blocks import INTEGERS
 from atlasphys.engine.state.bodies import DYNAMIC, KINEMATIC, STATIC
-from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
+from atlasphys.engine.state.manifolds import RESTITUTION, empty_manifolds, with_rows
 from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
 from atlasphys.engine.state.state import NO_PAIRS, NO_ROWS, Environment, State, tolerances_of
 from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
     BLOCKS_ONE,
+    BOUNCE,
     BROADPHASE,
     CALLS,
     CHECKED,
@@ -56,6 +59,7 @@ from atlasphys.engine.state.work import (
     ENTRIES,
     FORCES,
     GENERIC,
+    GENERIC_PART,
     HUBS,
     KEEPS,
     KINEMATIC_BODIES,
@@ -170,6 +174,12 @@ def locks_of(state: State) -> npt.NDArray[np.integer]:
     """Locks of each body; only those of dynamic ones count."""
     bodies, n = state.bodies, state.count
     return np.where(bodies.kind[:n] == DYNAMIC, bodies.locks[:n], 0)
+
+
+def has_restitution(state: State) -> bool:
+    """Whether a contact of the next steps may bounce."""
+    colliders, manifolds = state.colliders.material[: state.count], state.manifolds.contact[: state.manifold_count]
+    return bool((colliders[:, 1] > 0).any() or (manifolds[:, RESTITUTION] > 0).any())
 
 
 def empty_work(state: State) -> Work:
@@ -335,14 +345,16 @@ def grow_parts(state: State) -> None:
     )
 
 
-def make_generic_ready(state: State, margin: float) -> None:
+def make_generic_ready(state: State, values: Constants) -> None:
     """Room for the contacts of the pairs that no body over lanes collides, and the addresses of the routines that do, compiled if need be."""
     work = state.workspace.work
     state.contacts = with_room(state.contacts, int(work.status[GENERIC]), int(work.status[SLOTS]))
+    if work.calls[GENERIC_PART] == 0:
+        work.calls[GENERIC_PART] = call(generic_address, state.real.char, *part_arguments(state, values))
     for k, address_of in enumerate(ADDRESSES):
         if work.calls[k] == 0 and work.status[SLOTS] > 0 and work.generic_starts[k] < work.generic_starts[k + 1]:
             work.calls[k] = address_of(
-                work.generic_rows, state.bodies, state.colliders, state.table.arrays, margin, state.contacts
+                work.generic_rows, state.bodies, state.colliders, state.table.arrays, values.margin, state.contacts
             )
 
 
@@ -353,18 +365,37 @@ def tables(state: State) -> tuple[Any, Any, Any, Any, Any, Any]:
     )  # fmt: skip
 
 
+def part_arguments(state: State, values: Constants) -> tuple[Any, ...]:
+    """Arguments of the kernels that give the addresses of the parts of the step that are compiled apart."""
+    space = state.workspace
+    return (*tables(state), space.tree.fat, values, space.work, NO_SYNC, state.contacts, space.kept)
+
+
+PRECISIONS = {"f": "single", "d": "double"}
+
+
+def compile_ahead(state: State) -> None:
+    """The first time of all, have another process begin to compile parts of the step."""
+    ahead.start({"response": response_address, "detection": detection_address}, PRECISIONS[state.real.char])
+
+
 def find_parts(state: State, values: Constants) -> None:
     """Addresses of the parts of the step that are compiled apart. The first time of all another process compiles one of them in the meantime."""
     space, before = state.workspace, tables(state)
     work, fat = space.work, space.tree.fat
-    response = response_address_with_locks if locks_of(state).any() else response_address
-    precision = {"f": "single", "d": "double"}[state.real.char]
-    ahead.start({"response": response, "detection": detection_address}, precision)
+    locked = locks_of(state).any()
+    response = response_address_with_locks if locked else response_address
     real = state.real.char
+    if locked:
+        ahead.start({"response-with-locks": response}, PRECISIONS[real])
+    compile_ahead(state)
     call(run_steps, real, *before, state.contacts, space.kept, state.count, fat, values, work, 0, NO_SYNC)
     ahead.wait()
-    work.calls[DETECTION] = call(detection_address, real, *before, fat, values, work, NO_SYNC)
-    work.calls[RESPONSE] = call(response, real, *before, fat, values, work, NO_SYNC)
+    work.calls[DETECTION] = call(detection_address, real, *part_arguments(state, values))
+    work.calls[RESPONSE] = call(response, real, *part_arguments(state, values))
+    if has_restitution(state):
+        bounce = bounce_address_with_locks if locked else bounce_address
+        work.calls[BOUNCE] = call(bounce, real, *part_arguments(state, values))
 
 
 def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
@@ -422,7 +453,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
             elif answer == NEED_PARTS:
                 grow_parts(state)
             elif answer == NEED_GENERIC:
-                make_generic_ready(state, values.margin)
+                make_generic_ready(state, values)
             elif answer == DIVERGED:
                 raise DivergedError(state.diverged_rows().tolist())
             elif wanted < steps:

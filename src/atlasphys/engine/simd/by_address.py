@@ -1,9 +1,9 @@
 """Tables of arrays that compiled functions pass to each other by address.
 
 Numba takes a NamedTuple of arrays apart wherever it is passed: nine arguments for each array of a vector, hundreds for a table. Most of the time that
-the step's kernel would take to compile goes into that, and much of its run time. ``by_address`` gives a class of tables a type of its own. A table
-writes the descriptions of its arrays, as Numba lays them out, into a record when compiled code first asks for them; kernels and all that they call get
-the record's address, and read what they use.
+the step's kernel would take to compile goes into that, and much of its run time. ``by_address`` gives a class of tables a type of its own. A
+table writes the descriptions of its arrays, as Numba lays them out, into a record when compiled code first asks for them; kernels and all that
+they call get the record's address, and read what they use.
 """
 
 from __future__ import annotations
@@ -100,13 +100,11 @@ def by_address(table: Class) -> Class:
 
 
 def _as_stored(value: Any) -> bytes:
-    """A field as compiled code finds it in memory: an array's descriptor, a number, or a tuple of several of one kind; in whole words."""
+    """A field as compiled code finds it in memory: an array's descriptor, a table's address, a number, or several of one kind; in whole words."""
     if isinstance(value, np.ndarray):
         words = (0, 0, value.size, value.itemsize, value.__array_interface__["data"][0], *value.shape, *value.strides)
         return np.array(words, np.int64).tobytes()
-    if isinstance(value, tuple) and isinstance(value[0], np.ndarray):
-        return b"".join(map(_as_stored, value))
-    stored = np.asarray(value).tobytes()
+    stored = np.asarray(getattr(value, "address", value)).tobytes()
     return stored.ljust(-(-len(stored) // 8) * 8, b"\0")
 
 

@@ -1,8 +1,8 @@
 """Less work for Numba while it compiles a kernel.
 
-To find what an operator means for arguments of certain types, Numba tries all definitions that anybody has given for it, a dozen for ``a + b``, each
-time that it meets it in a program; so in a large kernel half the time of type inference goes into answers that were given before. ``quickly`` has them
-remembered. And it has no garbage collected meanwhile, of which there is little, among millions of objects to be searched for it.
+To find what an operator means for arguments of certain types, Numba tries all definitions that anybody has given for it, a dozen for ``a + b``,
+each time that it meets it in a program; so in a large kernel half the time of type inference goes into answers that were given before.
+``quickly`` has them remembered. And it has no garbage collected meanwhile, of which there is little, among millions of objects to be searched.
 """
 
 from __future__ import annotations
