@@ -36,7 +36,7 @@ from atlasphys.engine.solvers.contact_block import (
 )
 from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
-from atlasphys.engine.state.arrays import aligned_zeros
+from atlasphys.engine.state.arrays import aligned_zeros, room_for
 from atlasphys.engine.state.blocks import INTEGERS
 from atlasphys.engine.state.bodies import DYNAMIC, KINEMATIC, STATIC
 from atlasphys.engine.state.manifolds import RESTITUTION, empty_manifolds, with_rows
@@ -257,9 +257,9 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
         work = work._replace(expiry_before=np.full(rows, -np.inf))
     status[PAIRS], status[PAIRS_CHANGED] = count, 1
     if len(work.expiry) < count:
-        work = work._replace(expiry=np.full(2 * count + 8, -np.inf))
+        work = work._replace(expiry=np.full(room_for(count), -np.inf))
     if len(work.pairs) < count or len(work.ended) < count + rows:
-        capacity = 2 * count + 8
+        capacity = room_for(count)
         work = work._replace(
             pairs=np.zeros((capacity, 2), np.int32),
             kinds=np.zeros(capacity, np.int8),
@@ -290,9 +290,9 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
         work.kinds[:count][(kinds != PLANE).all(axis=1)] = GENERIC_KIND
     state.workspace.work = work
     if len(state.manifolds.a) < count:
-        state.manifolds = with_rows(state.manifolds, 2 * count + 8)
+        state.manifolds = with_rows(state.manifolds, room_for(count), rows)
     if len(state.next_manifolds.a) < count:
-        state.next_manifolds = empty_manifolds(2 * count + 8, state.real)
+        state.next_manifolds = empty_manifolds(room_for(count), state.real)
 
 
 def look_for_pairs(state: State, broadphase: str, h: float) -> None:

@@ -35,6 +35,7 @@ def test_growth_and_copies_keep_rows():
     assert not grown.position[3:].any()
     assert all(len(array) == 8 for array in grown)
     assert with_capacity(grown, 2).position.tolist() == [[0, 1, 2], [3, 4, 5]]
+    assert with_capacity(grown, 3, 1).position.tolist() == [[0, 1, 2], [0, 0, 0], [0, 0, 0]]
 
 
 def test_all_state_arrays_stay_aligned():

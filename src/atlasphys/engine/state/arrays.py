@@ -1,4 +1,4 @@
-"""Allocation of state arrays: 64-byte aligned rows, whose number grows by doubling."""
+"""Allocation of state arrays: 64-byte aligned rows."""
 
 from typing import Any, TypeVar
 
@@ -27,13 +27,19 @@ def aligned_copy(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return result
 
 
-def with_capacity(rows: Rows, capacity: int) -> Rows:
-    """The same table with room for ``capacity`` rows; the rows that were there are kept."""
+def room_for(rows: int) -> int:
+    """Rows to allocate for a large table that needs so many now: few, for memory, but enough that it seldom grows."""
+    return rows + rows // 8 + 8
+
+
+def with_capacity(rows: Rows, capacity: int, used: int | None = None) -> Rows:
+    """The same table with room for ``capacity`` rows; the first ``used`` rows are kept, or all."""
     fields = []
     for array in rows:
         grown = aligned_zeros((capacity, *array.shape[1:]), array.dtype)
-        kept = min(capacity, len(array))
-        grown[:kept] = array[:kept]
+        kept = array[: min(capacity, len(array) if used is None else used)]
+        if kept.any():  # zeros that nobody writes take no memory
+            grown[: len(kept)] = kept
         fields.append(grown)
     return type(rows)(*fields)
 

@@ -18,7 +18,7 @@ from atlasphys.engine.constants import Tolerances, tolerances
 from atlasphys.engine.jit import call, kernel
 from atlasphys.engine.shapes.table import ShapeTable
 from atlasphys.engine.simd.by_address import by_address
-from atlasphys.engine.state.arrays import copy_rows, with_capacity
+from atlasphys.engine.state.arrays import copy_rows, room_for, with_capacity
 from atlasphys.engine.state.bodies import AWAKE, CHANGED, DYNAMIC, Bodies, empty_bodies
 from atlasphys.engine.state.colliders import Colliders, empty_colliders
 from atlasphys.engine.state.contacts import Contacts, empty_contacts
@@ -295,7 +295,7 @@ class State:
     def reserve_manifolds(self, count: int) -> None:
         """Room for ``count`` manifolds in the next step's table."""
         if len(self.next_manifolds.a) < count:
-            self.next_manifolds = empty_manifolds(2 * count, self.real)
+            self.next_manifolds = empty_manifolds(room_for(count), self.real)
         if len(self.manifold_ended) < self.manifold_count:
             self.manifold_ended = np.zeros(len(self.manifolds.a), np.bool_)
 
