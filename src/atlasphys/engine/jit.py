@@ -31,7 +31,7 @@ from typing import Any, TypeVar
 
 import numba
 import platformdirs
-from numba.core.dispatcher import Dispatcher
+from numba.core.dispatcher import Dispatcher as _Dispatcher
 
 from atlasphys.engine.simd.compiling import quickly
 from atlasphys.engine.simd.inlining import IngredientCompiler, KernelCompiler
@@ -44,6 +44,7 @@ _IMPORT = re.compile(r"^from (atlasphys\.engine[\w.]*) import (\([^)]*\)|[^\n(]*
 _njit: Any = numba.njit
 _config: Any = numba.config
 _types: Any = numba.types
+Dispatcher: Any = _Dispatcher
 
 IS_COMPILED = not _config.DISABLE_JIT
 """Whether kernels are compiled at all; with NUMBA_DISABLE_JIT=1 Python runs them."""
