@@ -41,6 +41,7 @@ def test_each_job_runs(job):
 
 
 def test_nothing_is_started_where_all_is_compiled(monkeypatch):
+    monkeypatch.setattr(ahead, "_started", set())
     warmup.STEP["detection"]("single")
     assert is_compiled(detection_address)
     monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: pytest.fail("a child was started"))
@@ -49,12 +50,27 @@ def test_nothing_is_started_where_all_is_compiled(monkeypatch):
 
 
 def test_a_child_that_fails_is_not_waited_for_in_vain(monkeypatch):
+    monkeypatch.setattr(ahead, "_started", set())
     monkeypatch.setattr(ahead, "is_compiled", lambda _: False)
     monkeypatch.setattr(ahead.os, "cpu_count", lambda: 2)
     monkeypatch.setattr(ahead, "command", lambda *_: [sys.executable, "-c", "raise SystemExit(3)"])
     ahead.start({"detection": detection_address}, "single")
     assert len(ahead._children) == 1
+    ahead.start({"detection": detection_address}, "single")  # it has been tried
+    assert len(ahead._children) == 1
     ahead.wait()
+    assert not ahead._children
+
+
+def test_children_end_with_this_process(monkeypatch):
+    monkeypatch.setattr(ahead, "_started", set())
+    monkeypatch.setattr(ahead, "is_compiled", lambda _: False)
+    monkeypatch.setattr(ahead.os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(ahead, "command", lambda *_: [sys.executable, "-c", "import time; time.sleep(600)"])
+    ahead.start({"detection": detection_address}, "single")
+    (child,) = ahead._children
+    ahead._end()
+    assert child.returncode
     assert not ahead._children
 
 

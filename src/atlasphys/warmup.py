@@ -13,7 +13,10 @@ from typing import Any
 
 import atlasphys as ap
 from atlasphys.engine import run
+from atlasphys.engine.fused.bounce import bounce_address, bounce_address_with_locks
+from atlasphys.engine.fused.constants import Constants
 from atlasphys.engine.fused.detection import detection_address
+from atlasphys.engine.fused.generic import generic_address
 from atlasphys.engine.fused.response import response_address, response_address_with_locks
 from atlasphys.engine.fused.steps import run_steps
 from atlasphys.engine.manifold import update_manifolds
@@ -34,19 +37,19 @@ def empty_state(precision: str) -> State:
 def compile_part(kernel: Callable[..., Any], precision: str) -> None:
     """Compile a part of the default step."""
     state = empty_state(precision)
-    kernel(*run.tables(state), *_rest(state), run.NO_SYNC)
+    kernel(*run.part_arguments(state, _constants(state)))
 
 
 def compile_steps(precision: str) -> None:
     """Compile the default step itself."""
     state = empty_state(precision)
-    arguments = (*run.tables(state), state.contacts, state.workspace.kept, 0, *_rest(state), 0, run.NO_SYNC)
-    run_steps(*arguments)
+    space = state.workspace
+    before = (*run.tables(state), state.contacts, space.kept, 0)
+    run_steps(*before, space.tree.fat, _constants(state), space.work, 0, run.NO_SYNC)
 
 
-def _rest(state: State) -> tuple[Any, ...]:
-    values = run.constants(state.real.char, state.environment, SoftStep(), 1 / 60, 0.0)
-    return state.workspace.tree.fat, values, state.workspace.work
+def _constants(state: State) -> Constants:
+    return run.constants(state.real.char, state.environment, SoftStep(), 1 / 60, 0.0)
 
 
 def compile_classic_solver(precision: str) -> None:
@@ -88,7 +91,10 @@ STEP: dict[str, Callable[[str], None]] = {
     "response": partial(compile_part, response_address),
     "detection": partial(compile_part, detection_address),
     "steps": compile_steps,
+    "generic": partial(compile_part, generic_address),
+    "bounce": partial(compile_part, bounce_address),
     "response-with-locks": partial(compile_part, response_address_with_locks),
+    "bounce-with-locks": partial(compile_part, bounce_address_with_locks),
 }
 CLASSIC: dict[str, Callable[[str], None]] = {"classic-solver": compile_classic_solver}
 WORLDS: dict[str, Callable[[str], None]] = {preset: partial(use_worlds, preset) for preset in ("default", "classic")}

@@ -31,8 +31,10 @@ from typing import Any, TypeVar
 
 import numba
 import platformdirs
+from numba.core.dispatcher import Dispatcher as _Dispatcher
 
-from atlasphys.engine.simd.inlining import IngredientCompiler
+from atlasphys.engine.simd.compiling import quickly
+from atlasphys.engine.simd.inlining import IngredientCompiler, KernelCompiler
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -42,6 +44,7 @@ _IMPORT = re.compile(r"^from (atlasphys\.engine[\w.]*) import (\([^)]*\)|[^\n(]*
 _njit: Any = numba.njit
 _config: Any = numba.config
 _types: Any = numba.types
+Dispatcher: Any = _Dispatcher
 
 IS_COMPILED = not _config.DISABLE_JIT
 """Whether kernels are compiled at all; with NUMBA_DISABLE_JIT=1 Python runs them."""
@@ -105,9 +108,32 @@ def _kernel(function: Function, allocates: bool) -> Function:
     # Numba reads this setting when a function's cache is set up, in this call; other packages' kernels keep theirs.
     previous, _config.CACHE_DIR = _config.CACHE_DIR, str(folder)
     try:
-        return _njit(cache=True, no_cfunc_wrapper=True, _nrt=allocates, **_OPTIONS)(function)
+        compiled = _njit(cache=True, no_cfunc_wrapper=True, _nrt=allocates, pipeline_class=KernelCompiler, **_OPTIONS)(
+            function
+        )
     finally:
         _config.CACHE_DIR = previous
+    return _with_fewer_types(compiled)
+
+
+_entries: dict[tuple[Any, str], Callable[..., Any]] = {}
+
+
+def call(compiled: Callable[..., Any], precision: str, *arguments: Any) -> Any:
+    """Call a kernel whose arguments have the same types in all worlds of a precision, NumPy's character for which is given.
+
+    Numba looks at all arrays of all tables to find the code for their types, which can take longer than the kernel; this does it once. Called with
+    other types, the code would read and write anywhere.
+    """
+    entry = _entries.get((compiled, precision))
+    if entry is None:
+        entry = compiled
+        if isinstance(compiled, Dispatcher):
+            kinds = tuple(map(compiled.typeof_pyval, arguments))
+            compiled.compile(kinds)
+            entry = compiled.overloads[kinds].entry_point
+        _entries[compiled, precision] = entry
+    return entry(*arguments)
 
 
 def is_compiled(compiled: Callable[..., Any]) -> bool:
@@ -146,8 +172,12 @@ def _routine(function: Function, forceinline: bool = False, allocates: bool = Fa
         pipeline_class=IngredientCompiler,
         **_OPTIONS,
     )(function)
-    if hasattr(compiled, "compile"):  # not where NUMBA_DISABLE_JIT is set
-        compile_types = compiled.compile
+    return _with_fewer_types(compiled)
+
+
+def _with_fewer_types(compiled: Any) -> Any:
+    if isinstance(compiled, Dispatcher):  # not where NUMBA_DISABLE_JIT is set
+        compile_types = quickly(compiled.compile)
         compiled.compile = lambda types: compile_types(tuple(map(_passed_as, types)))
     return compiled
 

@@ -15,12 +15,15 @@ from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.broadphase.fat_boxes import BOUNDING_RADIUS, shape_bounds
 from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
+from atlasphys.engine.fused.bounce import bounce_address, bounce_address_with_locks
 from atlasphys.engine.fused.constants import Constants
 from atlasphys.engine.fused.detection import detection_address
+from atlasphys.engine.fused.generic import generic_address
 from atlasphys.engine.fused.response import response_address, response_address_with_locks
 from atlasphys.engine.fused.steps import run_steps
 from atlasphys.engine.islands.colour import COLOURS
 from atlasphys.engine.islands.split import HUB_COLUMNS, MOST_WHOLE
+from atlasphys.engine.jit import call
 from atlasphys.engine.narrowphase.addresses import ADDRESSES
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
 from atlasphys.engine.narrowphase.dispatch import EDGE_LIMITS, KIND_ROUTINES, ROUTINES, with_room
@@ -33,16 +36,17 @@ from atlasphys.engine.solvers.contact_block import (
 )
 from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
-from atlasphys.engine.state.arrays import aligned_zeros
+from atlasphys.engine.state.arrays import aligned_zeros, room_for
 from atlasphys.engine.state.blocks import INTEGERS
-from atlasphys.engine.state.bodies import CHANGED, DYNAMIC, KINEMATIC, STATIC
-from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
+from atlasphys.engine.state.bodies import DYNAMIC, KINEMATIC, STATIC
+from atlasphys.engine.state.manifolds import RESTITUTION, empty_manifolds, with_rows
 from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
-from atlasphys.engine.state.state import Environment, State, tolerances_of
+from atlasphys.engine.state.state import NO_PAIRS, NO_ROWS, Environment, State, tolerances_of
 from atlasphys.engine.state.work import (
     BEGAN,
     BLOCKS_MANY,
     BLOCKS_ONE,
+    BOUNCE,
     BROADPHASE,
     CALLS,
     CHECKED,
@@ -55,6 +59,7 @@ from atlasphys.engine.state.work import (
     ENTRIES,
     FORCES,
     GENERIC,
+    GENERIC_PART,
     HUBS,
     KEEPS,
     KINEMATIC_BODIES,
@@ -145,8 +150,6 @@ looked at that do not touch."""
 NO_SYNC: npt.NDArray[np.int64] = aligned_zeros((SYNC_LENGTH,), np.int64)
 """Stands for the ``sync`` of a team of threads."""
 
-NO_ROWS: npt.NDArray[np.int32] = np.empty(0, np.int32)
-
 
 class Workspace:
     """What the fused step keeps between steps and can derive from the state at any time."""
@@ -160,6 +163,7 @@ class Workspace:
         self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]
         self.work.extent[:n] = state.table.arrays.extent[state.colliders.shape[:n]]
         self.work.status[OLD_ROWS] = state.manifold_count
+        self.work.status[KINEMATIC_BODIES] = (state.bodies.kind[:n] == KINEMATIC).any()
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
         self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
         self.pace = 1
@@ -170,6 +174,12 @@ def locks_of(state: State) -> npt.NDArray[np.integer]:
     """Locks of each body; only those of dynamic ones count."""
     bodies, n = state.bodies, state.count
     return np.where(bodies.kind[:n] == DYNAMIC, bodies.locks[:n], 0)
+
+
+def has_restitution(state: State) -> bool:
+    """Whether a contact of the next steps may bounce."""
+    colliders, manifolds = state.colliders.material[: state.count], state.manifolds.contact[: state.manifold_count]
+    return bool((colliders[:, 1] > 0).any() or (manifolds[:, RESTITUTION] > 0).any())
 
 
 def empty_work(state: State) -> Work:
@@ -247,9 +257,9 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
         work = work._replace(expiry_before=np.full(rows, -np.inf))
     status[PAIRS], status[PAIRS_CHANGED] = count, 1
     if len(work.expiry) < count:
-        work = work._replace(expiry=np.full(2 * count + 8, -np.inf))
+        work = work._replace(expiry=np.full(room_for(count), -np.inf))
     if len(work.pairs) < count or len(work.ended) < count + rows:
-        capacity = 2 * count + 8
+        capacity = room_for(count)
         work = work._replace(
             pairs=np.zeros((capacity, 2), np.int32),
             kinds=np.zeros(capacity, np.int8),
@@ -280,9 +290,9 @@ def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
         work.kinds[:count][(kinds != PLANE).all(axis=1)] = GENERIC_KIND
     state.workspace.work = work
     if len(state.manifolds.a) < count:
-        state.manifolds = with_rows(state.manifolds, 2 * count + 8)
+        state.manifolds = with_rows(state.manifolds, room_for(count), rows)
     if len(state.next_manifolds.a) < count:
-        state.next_manifolds = empty_manifolds(2 * count + 8, state.real)
+        state.next_manifolds = empty_manifolds(room_for(count), state.real)
 
 
 def look_for_pairs(state: State, broadphase: str, h: float) -> None:
@@ -335,14 +345,16 @@ def grow_parts(state: State) -> None:
     )
 
 
-def make_generic_ready(state: State, margin: float) -> None:
+def make_generic_ready(state: State, values: Constants) -> None:
     """Room for the contacts of the pairs that no body over lanes collides, and the addresses of the routines that do, compiled if need be."""
     work = state.workspace.work
     state.contacts = with_room(state.contacts, int(work.status[GENERIC]), int(work.status[SLOTS]))
+    if work.calls[GENERIC_PART] == 0:
+        work.calls[GENERIC_PART] = call(generic_address, state.real.char, *part_arguments(state, values))
     for k, address_of in enumerate(ADDRESSES):
         if work.calls[k] == 0 and work.status[SLOTS] > 0 and work.generic_starts[k] < work.generic_starts[k + 1]:
             work.calls[k] = address_of(
-                work.generic_rows, state.bodies, state.colliders, state.table.arrays, margin, state.contacts
+                work.generic_rows, state.bodies, state.colliders, state.table.arrays, values.margin, state.contacts
             )
 
 
@@ -353,17 +365,37 @@ def tables(state: State) -> tuple[Any, Any, Any, Any, Any, Any]:
     )  # fmt: skip
 
 
+def part_arguments(state: State, values: Constants) -> tuple[Any, ...]:
+    """Arguments of the kernels that give the addresses of the parts of the step that are compiled apart."""
+    space = state.workspace
+    return (*tables(state), space.tree.fat, values, space.work, NO_SYNC, state.contacts, space.kept)
+
+
+PRECISIONS = {"f": "single", "d": "double"}
+
+
+def compile_ahead(state: State) -> None:
+    """The first time of all, have another process begin to compile parts of the step."""
+    ahead.start({"response": response_address, "detection": detection_address}, PRECISIONS[state.real.char])
+
+
 def find_parts(state: State, values: Constants) -> None:
     """Addresses of the parts of the step that are compiled apart. The first time of all another process compiles one of them in the meantime."""
     space, before = state.workspace, tables(state)
     work, fat = space.work, space.tree.fat
-    response = response_address_with_locks if locks_of(state).any() else response_address
-    precision = {"f": "single", "d": "double"}[state.real.char]
-    ahead.start({"response": response, "detection": detection_address}, precision)
-    run_steps(*before, state.contacts, space.kept, state.count, fat, values, work, 0, NO_SYNC)
+    locked = locks_of(state).any()
+    response = response_address_with_locks if locked else response_address
+    real = state.real.char
+    if locked:
+        ahead.start({"response-with-locks": response}, PRECISIONS[real])
+    compile_ahead(state)
+    call(run_steps, real, *before, state.contacts, space.kept, state.count, fat, values, work, 0, NO_SYNC)
     ahead.wait()
-    work.calls[DETECTION] = detection_address(*before, fat, values, work, NO_SYNC)
-    work.calls[RESPONSE] = response(*before, fat, values, work, NO_SYNC)
+    work.calls[DETECTION] = call(detection_address, real, *part_arguments(state, values))
+    work.calls[RESPONSE] = call(response, real, *part_arguments(state, values))
+    if has_restitution(state):
+        bounce = bounce_address_with_locks if locked else bounce_address
+        work.calls[BOUNCE] = call(bounce, real, *part_arguments(state, values))
 
 
 def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
@@ -389,12 +421,11 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     state.forced = False
     status[CHECKED], status[PHASE], status[STEP] = 0, DETECT, state.steps + 1
     status[SLEEPS], status[SLEEPERS_CHANGED] = pipeline.sleeping, 1
-    status[KINEMATIC_BODIES] = (state.bodies.kind[: state.count] == KINEMATIC).any()
     if keeps and (written or len(space.tree.fat.center) != state.count):
         look_for_pairs(state, pipeline.broadphase, h)
     if len(space.work.lanes.queue) < pipeline.threads:
         space.work = space.work._replace(lanes=empty_lanes(pipeline.threads, KINDS, state.real))
-    changed = bool((state.bodies.rest[: state.count] == CHANGED).any())
+    changed = state.changed
     wanted = 1 if changed or values.ratio != 1 else min(steps, space.pace)
     completed = 0
     if space.work.calls[DETECTION] == 0:
@@ -404,8 +435,9 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
             start = time.perf_counter()
             try:
                 with lend_team(pipeline.threads) as sync:
-                    answer = run_steps(
-                        *tables(state), state.contacts, space.kept, state.count, space.tree.fat, values, space.work, wanted, sync,
+                    answer = call(
+                        run_steps, state.real.char, *tables(state), state.contacts, space.kept, state.count,
+                        space.tree.fat, values, space.work, wanted, sync,
                     )  # fmt: skip
             finally:  # Ctrl-C is heard as soon as the call has returned
                 completed += note_completed(state, completed, h, settings.substeps)
@@ -421,7 +453,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
             elif answer == NEED_PARTS:
                 grow_parts(state)
             elif answer == NEED_GENERIC:
-                make_generic_ready(state, values.margin)
+                make_generic_ready(state, values)
             elif answer == DIVERGED:
                 raise DivergedError(state.diverged_rows().tolist())
             elif wanted < steps:
@@ -438,10 +470,11 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     except BaseException:
         abandon_step(state, completed)
         raise
+    scale = 1e-9 / max(steps, 1)
     for stage, nanoseconds in zip(STAGES, space.work.times.tolist(), strict=True):
-        profile[stage] = 1e-9 * nanoseconds / max(steps, 1)
-    state.began = space.work.began[: status[BEGAN]].copy()
-    state.ended = space.work.ended[: status[ENDED]].copy()
+        profile[stage] = nanoseconds * scale
+    state.began = space.work.began[: status[BEGAN]].copy() if status[BEGAN] else NO_PAIRS
+    state.ended = space.work.ended[: status[ENDED]].copy() if status[ENDED] else NO_PAIRS
     state.slept = _rows(changed_activity(state) < 0) if status[SLEPT] else NO_ROWS
     state.woke = _rows(changed_activity(state) > 0) if status[WOKEN] else NO_ROWS
     return profile
@@ -471,7 +504,7 @@ def abandon_step(state: State, completed: int) -> None:
         bodies.island[: state.count][woken] = work.island_before[: state.count][woken]
         bodies.rest[: state.count][woken] = work.rest_before[: state.count][woken]
     if completed:  # the events of that step have been overwritten
-        state.began = state.ended = np.empty((0, 2), np.int32)
+        state.began = state.ended = NO_PAIRS
         state.slept = state.woke = NO_ROWS
     state.forced = bool(work.status[FORCES])
     state.workspace = None

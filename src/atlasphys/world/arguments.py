@@ -39,6 +39,8 @@ def unit_quaternion(name: str, value: object) -> tuple[float, float, float, floa
 
 def in_range(name: str, value: object, least: float, greatest: float) -> float:
     """A number from ``least`` to ``greatest``."""
+    if type(value) is float and least <= value <= greatest:  # as a rule; NaN is not
+        return value
     wanted = f"a number from {least:g} to {greatest:g}"
     result = number(name, value, wanted)
     if not least <= result <= greatest:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.constants import RESTITUTION_THRESHOLD
 from atlasphys.engine.manifold.build import COMBINE_RULES
-from atlasphys.engine.run import run
+from atlasphys.engine.run import compile_ahead, run
 from atlasphys.engine.shapes.mass import mass_properties
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.shape import Shape
@@ -434,6 +434,8 @@ class World:
         bodies.id[row] = (self._generation << 32) + self._serial
         self._serial += 1
         self._infos.append(info)
+        if row == 0 and is_fused(self._pipeline.solver):
+            compile_ahead(state)
         state.refreshed(row)
         return Body(self, row)
 

@@ -1,11 +1,13 @@
 """Tables that are passed by address, their parts, and instructions without an operator."""
 
+import copy
+import pickle
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
-from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.jit import call, kernel, routine
 from atlasphys.engine.simd.bits import fetch, trailing_ones
 from atlasphys.engine.simd.by_address import by_address, part_of
 
@@ -36,6 +38,26 @@ def filled(shelves, index):
     for i in range(part.square.shape[0]):
         part.square[i] = shelves.flat[index, 0] + part.cube[i, 1]
     return part.cube.shape[0], part.square.shape[0], part.flat[0]
+
+
+@by_address
+class Cabinet(NamedTuple):
+    """All that a table may hold."""
+
+    shelves: Shelves
+    weight: float
+    corner: tuple[float, float, float]
+    number: int
+    rows: np.ndarray
+
+
+@kernel
+def look_into(cabinet, answers):
+    answers[0] = cabinet.shelves.flat[1]
+    answers[1] = cabinet.weight
+    for k in range(3):
+        answers[2 + k] = cabinet.corner[k]
+    answers[5], answers[6] = cabinet.number, cabinet.rows[2]
 
 
 @kernel
@@ -83,3 +105,33 @@ def test_fetching_changes_nothing(function):
     table = np.arange(12.0).reshape(4, 3)
     assert function(table, 2) == 6
     assert table.tolist() == np.arange(12.0).reshape(4, 3).tolist()
+
+
+def cabinet(real):
+    shelves = Shelves(np.arange(3, dtype=real), np.zeros((2, 2), real), np.zeros((2, 2, 2), real))
+    return Cabinet(shelves, real(2), (real(3), real(4), real(5)), 6, np.arange(5, 20, dtype=np.int32)[::1])
+
+
+@pytest.mark.parametrize("real", [np.float32, np.float64])
+def test_compiled_code_finds_all_fields_of_a_table(real):
+    for passed in (cabinet(real), copy.deepcopy(cabinet(real)), cabinet(real)._replace(number=6)):
+        answers = np.zeros(7, real)
+        look_into(passed, answers)
+        assert answers.tolist() == [1, 2, 3, 4, 5, 6, 7]
+
+
+def test_a_record_is_made_anew_for_what_is_made_of_a_table():
+    table = cabinet(np.float32)
+    for other in (copy.copy(table), pickle.loads(pickle.dumps(table)), table._replace(number=7)):
+        assert type(other) is Cabinet
+        assert table.address == table.record.ctypes.data != other.address
+    assert table._replace(number=7).record.tolist() != table.record.tolist()
+
+
+def test_a_kernel_called_past_the_dispatcher_answers_the_same():
+    for real in (np.float32, np.float64):
+        for _ in range(2):
+            answers, expected = np.zeros(7, real), np.zeros(7, real)
+            call(look_into, np.dtype(real).char, cabinet(real), answers)
+            look_into(cabinet(real), expected)
+            assert answers.tolist() == expected.tolist() == [1, 2, 3, 4, 5, 6, 7]

@@ -14,7 +14,7 @@ from tests.world.scenes import heap, stack, steps
 
 
 @pytest.mark.parametrize("dtype", [np.int8, np.float32, np.float64, np.int64])
-@pytest.mark.parametrize("shape", [(0,), (1,), (7,), (5, 3), (16, 16), (2, 4, 3)])
+@pytest.mark.parametrize("shape", [(0,), (1,), (7,), (5, 3), (16, 16), (2, 4, 3), (1 << 16, 3)])
 def test_arrays_lie_on_cache_lines(dtype, shape):
     array = aligned_zeros(shape, dtype)
     assert array.shape == shape
@@ -22,6 +22,7 @@ def test_arrays_lie_on_cache_lines(dtype, shape):
     assert not array.any()
     assert array.flags.c_contiguous
     assert array.ctypes.data % CACHE_LINE == 0 or array.size == 0
+    assert array.flags.writeable
     copy = aligned_copy(array)
     assert copy.ctypes.data % CACHE_LINE == 0 or array.size == 0
 
@@ -35,6 +36,7 @@ def test_growth_and_copies_keep_rows():
     assert not grown.position[3:].any()
     assert all(len(array) == 8 for array in grown)
     assert with_capacity(grown, 2).position.tolist() == [[0, 1, 2], [3, 4, 5]]
+    assert with_capacity(grown, 3, 1).position.tolist() == [[0, 1, 2], [0, 0, 0], [0, 0, 0]]
 
 
 def test_all_state_arrays_stay_aligned():

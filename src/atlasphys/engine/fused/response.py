@@ -3,11 +3,10 @@
 from atlasphys.engine.islands.colour import COLOURS, beside
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.simd import LANES
-from atlasphys.engine.simd.address import address_call
+from atlasphys.engine.simd.address import address_call, call_address
 from atlasphys.engine.simd.bits import fetch
 from atlasphys.engine.simd.by_address import part_of
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
-from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
 from atlasphys.engine.solvers.locked import follow_turn
 from atlasphys.engine.solvers.parts import give_back, hand_out, join_parts, take_bodies
 from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
@@ -15,6 +14,7 @@ from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses
 from atlasphys.engine.state.blocks import COUNT, MANIFOLD, ROLLS
 from atlasphys.engine.state.manifolds import RESTITUTION, ROLLING, TORSIONAL
 from atlasphys.engine.state.work import (
+    BOUNCE,
     BOUNCES,
     BROKEN,
     COLOURED,
@@ -22,9 +22,8 @@ from atlasphys.engine.state.work import (
     PARITY,
     PLAIN,
     TUMBLING,
-    WRONG,
 )
-from atlasphys.engine.team import meet, member_of, share
+from atlasphys.engine.team import DATA, meet, member_of, share
 
 AHEAD = 2
 """So many blocks before its turn a block's manifolds are fetched: they lie anywhere in the table."""
@@ -52,6 +51,14 @@ def share_of_colour(points, colour, starts, member):
     if is_leaders(colour, starts):
         return first, stop if member.rank == 0 else first
     return share(first, stop, member)
+
+
+@routine
+def rows_of(bodies, work):
+    """Motion, inverse mass and drives of the bodies, and, while there are hubs, of their parts."""
+    if work.status[HUBS] > 0:
+        return work.motion, work.inverse_mass, work.drives
+    return bodies.motion, bodies.inverse_mass, bodies.drive
 
 
 @routine
@@ -117,65 +124,6 @@ def note_materials(points, block, integers, rolls, new):
             if new.contact[i, ROLLING] > 0 or (points == 1 and new.contact[i, TORSIONAL] > 0):
                 integers[block, ROLLS, 0] = 1 if block < len(rolls) else 0
     return bounces
-
-
-@routine
-def aim_contacts(locked, motion, inverse_mass, drives, constants, new, work, member):
-    """Work out what restitution asks for. WRONG becomes 0 if it acts in this step."""
-    acts = False
-    first, stop = share(0, work.starts[1, COLOURS + 1], member)
-    for block in range(first, stop):
-        if aim(
-            4, locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, drives, new, constants.bounce
-        ):  # fmt: skip
-            acts = True
-    first, stop = share(0, work.starts[0, COLOURS + 1], member)
-    for block in range(first, stop):
-        if aim(
-            1, locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, drives, new, constants.bounce
-        ):  # fmt: skip
-            acts = True
-    if acts:
-        work.status[WRONG] = 0
-
-
-@routine
-def strike_contacts(number, locked, motion, inverse_mass, ease, work, member):
-    """Pass ``number`` over all contacts, colour by colour. WRONG becomes that number if a bounce was not solved for yet."""
-    starts = work.starts
-    for colour in range(work.status[COLOURED]):
-        begin_colour(colour, motion, work, member)
-        first, stop = share_of_colour(1, colour, starts, member)
-        for block in range(first, stop):
-            if strike(4, locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, ease):
-                work.status[WRONG] = number
-        first, stop = share_of_colour(0, colour, starts, member)
-        for block in range(first, stop):
-            if strike(1, locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, ease):
-                work.status[WRONG] = number
-        meet_after(colour, starts, member)
-
-
-@routine
-def bounce_contacts(locked, motion, inverse_mass, drives, constants, new, work, member):
-    """Resolve the impacts of contacts with restitution."""
-    real = motion.dtype.type
-    hand_out(motion, inverse_mass, drives, work, member)
-    aim_contacts(locked, motion, inverse_mass, drives, constants, new, work, member)
-    meet(member)
-    for visit in range(MOST_STRIKES):
-        if work.status[WRONG] < visit:  # not !=: another member may already be in the next pass
-            break
-        ease = real(1) if visit < EASED else real(EASE)
-        strike_contacts(visit + 1, locked, motion, inverse_mass, ease, work, member)
-        hand_out(motion, inverse_mass, drives, work, member)
-    first, stop = share(0, work.starts[1, COLOURS + 1], member)
-    for block in range(first, stop):
-        depart(4, locked, block, work.integers_many, work.blocks_many, motion, inverse_mass, new, constants.ratio)
-    first, stop = share(0, work.starts[0, COLOURS + 1], member)
-    for block in range(first, stop):
-        depart(1, locked, block, work.integers_one, work.blocks_one, motion, inverse_mass, new, constants.ratio)
-    meet(member)
 
 
 @routine
@@ -265,13 +213,10 @@ def store_contacts(new, work, member):
 @routine
 def respond(bodies, locked, constants, new, work, member):
     """The solver stage: impulses and motion in all substeps. Each member does its share of every loop."""
-    motion, geometry, inverse_mass, drives, h = (
-        bodies.motion, bodies.geometry, bodies.inverse_mass, bodies.drive, constants.h,
-    )  # fmt: skip
-    status = work.status
+    status, geometry, h = work.status, bodies.geometry, constants.h
     if status[HUBS] > 0:
         take_bodies(bodies, work, member)
-        motion, inverse_mass, drives = work.motion, work.inverse_mass, work.drives
+    motion, inverse_mass, drives = rows_of(bodies, work)
     plain, tumbling = work.plain, work.tumbling
     for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
         first, stop = share(0, blocks, member)
@@ -282,8 +227,8 @@ def respond(bodies, locked, constants, new, work, member):
             )  # fmt: skip
     prepare_contacts(locked, inverse_mass, constants, new, work, member)
     meet(member)
-    if status[BOUNCES]:
-        bounce_contacts(locked, motion, inverse_mass, drives, constants, new, work, member)
+    if status[BOUNCES] and call_address(work.calls[BOUNCE], member.sync[DATA], 0, member.rank, member.size) != 0:
+        raise RuntimeError("the bounces failed")
     for _ in range(constants.substeps):
         for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
             first, stop = share(0, blocks, member)
@@ -338,7 +283,7 @@ def settle_bodies(bodies, work, lanes, member):
 def take_part(arguments, rank, size, locked):
     """Do a thread's share of the response. ``locked`` are the rows of the bodies whose rotation is locked about some axis; None if no body
     has any locks, not even of its translation."""
-    bodies, _, _, table_0, table_1, _, _, constants, work, sync = arguments
+    bodies, _, _, table_0, table_1, _, _, constants, work, sync, _, _ = arguments
     lanes, member = part_of(work.lanes, rank), member_of(sync, rank, size)
     respond(bodies, locked, constants, table_1 if work.status[PARITY] == 0 else table_0, work, member)
     settle_bodies(bodies, work, lanes, member)
@@ -357,14 +302,18 @@ def response_part_with_locks(arguments, task, rank, size):
 
 
 @kernel
-def response_address(bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync):
+def response_address(
+    bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync, contacts, kept
+):  # fmt: skip
     """Address of the code of ``response_part`` for arguments of these types."""
-    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
+    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync, contacts, kept)
     return address_call(response_part, arguments)[0]
 
 
 @kernel
-def response_address_with_locks(bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync):
+def response_address_with_locks(
+    bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync, contacts, kept
+):  # fmt: skip
     """Address of the code of ``response_part_with_locks``."""
-    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
+    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync, contacts, kept)
     return address_call(response_part_with_locks, arguments)[0]

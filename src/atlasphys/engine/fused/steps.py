@@ -10,12 +10,9 @@ import numpy as np
 from atlasphys.engine.broadphase.fat_boxes import has_left
 from atlasphys.engine.fused.detection import (
     begin_detection,
-    collide_generic,
-    lay_out_generic,
     list_generic,
-    no_call,
-    take_generic,
 )
+from atlasphys.engine.fused.generic import COLLIDE_GENERIC, LAY_OUT_GENERIC, TAKE_GENERIC
 from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
 from atlasphys.engine.islands.sleep import list_active, list_awake, note_rest, put_to_sleep, wake_touched
 from atlasphys.engine.islands.split import MOST_CONTACTS, deal_contacts, find_hubs
@@ -37,6 +34,7 @@ from atlasphys.engine.state.work import (
     CHECKED,
     COLOURED,
     DETECT,
+    DETECT_GENERIC,
     DETECTION,
     DIVERGED,
     DONE,
@@ -45,11 +43,12 @@ from atlasphys.engine.state.work import (
     FINISHED,
     FORCES,
     GENERIC,
-    GENERIC_DATA,
+    GENERIC_PART,
     HUBS,
     ISLANDS,
     KEEPS,
     KINEMATIC_BODIES,
+    LAID_OUT,
     LEFT,
     LIVE,
     NARROWPHASE,
@@ -71,7 +70,6 @@ from atlasphys.engine.state.work import (
     SLEPT,
     SOLVER,
     STEP,
-    TAKE_GENERIC,
     TUMBLING,
     WOKEN,
     WRONG,
@@ -79,7 +77,7 @@ from atlasphys.engine.state.work import (
 from atlasphys.engine.team import CODE, DATA, do_task, member_of, share
 
 # Tasks of a team (team.py)
-LOOK, COLLIDE, COLLIDE_GENERIC, ADVANCE, REMEMBER = range(1, 6)
+LOOK, COLLIDE, ADVANCE, REMEMBER = range(1, 5)
 
 # Least work that a thread is asked to help with: blocks of bodies, pairs, blocks of contacts.
 BODIES_EACH, PAIRS_EACH, GENERIC_EACH, CONTACTS_EACH = 64, 256, 8, 64
@@ -211,7 +209,7 @@ def note_events(new, old, work):
 @routine
 def take_part(arguments, task, rank, size):
     """Do a thread's share of the tasks that are not compiled apart, as ``detection`` and ``response`` are."""
-    bodies, _, _, _, _, remembered, fat, constants, work, sync = arguments
+    bodies, _, _, _, _, remembered, fat, constants, work, sync, _, _ = arguments
     status, lanes, member = work.status, part_of(work.lanes, rank), member_of(sync, rank, size)
     if task == LOOK:
         for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
@@ -220,8 +218,6 @@ def take_part(arguments, task, rank, size):
                 first, stop, rows, bodies.center, bodies.geometry, fat, constants.margin, lanes.delta, work.room
             ):  # fmt: skip
                 status[LEFT] = 1
-    elif task == COLLIDE_GENERIC:
-        collide_generic(work, member)
     elif task == REMEMBER:
         remember(bodies, remembered, work, member)
 
@@ -245,12 +241,11 @@ def run_steps(
     the next ones in the other table. ``sync`` is that of the team of threads (team.py) that share the work; ``work.lanes`` has scratch for each.
     """
     status = work.status
-    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
+    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync, contacts, kept)
     code, sync[DATA] = address_call(take_part, arguments)
-    sync[CODE + LOOK] = sync[CODE + COLLIDE_GENERIC] = sync[CODE + REMEMBER] = code
+    sync[CODE + LOOK] = sync[CODE + REMEMBER] = code
     sync[CODE + COLLIDE], sync[CODE + ADVANCE] = work.calls[DETECTION], work.calls[RESPONSE]
-    generic_arguments = (work.generic_rows, bodies, colliders, shapes, constants.margin, contacts)
-    work.calls[GENERIC_DATA] = address_call(no_call, generic_arguments)[1]
+    sync[CODE + LAY_OUT_GENERIC] = sync[CODE + COLLIDE_GENERIC] = sync[CODE + TAKE_GENERIC] = work.calls[GENERIC_PART]
     time = now()
     while status[DONE] < steps:
         if status[PARITY] == 0:
@@ -281,12 +276,15 @@ def run_steps(
             status[PHASE] = RESPOND
             if status[GENERIC] > 0:
                 list_generic(work)
-                status[PHASE] = TAKE_GENERIC
-        if status[PHASE] == TAKE_GENERIC:
-            if not lay_out_generic(colliders, shapes, contacts, work):
+                status[PHASE] = DETECT_GENERIC
+        if status[PHASE] == DETECT_GENERIC:
+            if work.calls[GENERIC_PART] == 0:
+                return NEED_GENERIC
+            do_task(sync, LAY_OUT_GENERIC, 1)
+            if not status[LAID_OUT]:
                 return NEED_GENERIC
             do_task(sync, COLLIDE_GENERIC, status[GENERIC] // GENERIC_EACH)
-            take_generic(bodies, colliders, constants, contacts, kept, old, new, work)
+            do_task(sync, TAKE_GENERIC, 1)
             status[PHASE] = RESPOND
         time = note_time(work.times, NARROWPHASE, time)
         live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)

@@ -1,14 +1,18 @@
 """Tables of arrays that compiled functions pass to each other by address.
 
 Numba takes a NamedTuple of arrays apart wherever it is passed: nine arguments for each array of a vector, hundreds for a table. Most of the time that
-the step's kernel would take to compile goes into that, and some of its run time. ``by_address`` gives a class of tables a type of its own: the kernel
-that Python calls puts the arrays' descriptions into its frame once, and all that it calls get that address, and read what they use.
+the step's kernel would take to compile goes into that, and much of its run time. ``by_address`` gives a class of tables a type of its own. A
+table writes the descriptions of its arrays, as Numba lays them out, into a record when compiled code first asks for them; kernels and all that
+they call get the record's address, and read what they use.
 """
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, ClassVar, TypeVar
 
+import numpy as np
+import numpy.typing as npt
 from llvmlite import ir
 from numba.core import cgutils
 from numba.core import imputils as _imputils
@@ -73,11 +77,35 @@ def by_address(table: Class) -> Class:
     """Have compiled code pass tables of a NamedTuple's class by address. Compiled code can read their fields by name, but make none, save by
     ``part_of``."""
 
-    @typeof_impl.register(table)
-    def _type_of(value: Any, context: Any) -> Any:
-        return TableType(table, tuple(typeof_impl(field, context) for field in value))
+    class Table(table):  # type: ignore[misc, valid-type]
+        @cached_property
+        def record(self) -> npt.NDArray[np.int64]:
+            return np.frombuffer(b"".join(map(_as_stored, self)), np.int64)
 
-    return table
+        @cached_property
+        def address(self) -> int:
+            return int(self.record.ctypes.data)
+
+        def __reduce__(self) -> Any:  # a record is of no use to a copy
+            return Table, tuple(self)
+
+    for name in ("__module__", "__name__", "__qualname__", "__doc__"):
+        setattr(Table, name, getattr(table, name))
+
+    @typeof_impl.register(Table)
+    def _type_of(value: Any, context: Any) -> Any:
+        return TableType(Table, tuple(typeof_impl(field, context) for field in value))
+
+    return Table  # type: ignore[return-value]
+
+
+def _as_stored(value: Any) -> bytes:
+    """A field as compiled code finds it in memory: an array's descriptor, a table's address, a number, or several of one kind; in whole words."""
+    if isinstance(value, np.ndarray):
+        words = (0, 0, value.size, value.itemsize, value.__array_interface__["data"][0], *value.shape, *value.strides)
+        return np.array(words, np.int64).tobytes()
+    stored = np.asarray(getattr(value, "address", value)).tobytes()
+    return stored.ljust(-(-len(stored) // 8) * 8, b"\0")
 
 
 def part_of(tables: Any, index: int) -> Any:
@@ -153,22 +181,8 @@ def _get_field(context: Any, builder: Any, kind: TableType, address: Any, name: 
 
 @pythonapi.unbox(TableType)  # type: ignore[untyped-decorator]
 def _take_over(kind: TableType, table: Any, c: Any) -> Any:
-    form = c.context.get_value_type(kind)
-    with c.builder.goto_entry_block():
-        room = c.builder.bitcast(c.builder.alloca(ir.ArrayType(_I64, form.size // 8)), form)
-    failed = ir.Constant(ir.IntType(1), 0)
-    taken = []
-    for i, (name, field) in enumerate(kind.fields.items()):
-        native = c.unbox(field, c.pyapi.tuple_getitem(table, i))
-        c.builder.store(native.value, form.field(c.builder, room, name))
-        failed = c.builder.or_(failed, native.is_error)
-        taken.append((field, native))
-
-    def give_back() -> None:
-        for field, native in reversed(taken):
-            if native.cleanup is not None:
-                native.cleanup()
-            if c.context.enable_nrt:
-                c.context.nrt.decref(c.builder, field, native.value)
-
-    return pythonapi.NativeValue(room, cleanup=give_back, is_error=failed)
+    number = c.pyapi.object_getattr_string(table, "address")
+    address = c.builder.inttoptr(c.pyapi.long_as_longlong(number), c.context.get_value_type(kind))
+    failed = cgutils.is_null(c.builder, number)
+    c.pyapi.decref(number)
+    return pythonapi.NativeValue(address, is_error=failed)

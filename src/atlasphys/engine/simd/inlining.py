@@ -6,7 +6,7 @@ only kernels call that is wasted, and most of the time that a kernel takes to co
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
@@ -29,7 +29,7 @@ class _NoEnvironment:
 
 
 class Ingredient(JITCodeLibrary):
-    """LLVM code that is never run by itself: linked with what it calls, not optimised, not loaded."""
+    """LLVM code that is never run by itself: not linked, not optimised, not loaded."""
 
     @property
     def codegen(self) -> Any:
@@ -37,11 +37,8 @@ class Ingredient(JITCodeLibrary):
         return _NoEnvironment(self._codegen)
 
     def finalize(self) -> None:
-        """Link what the function calls."""
+        """Nothing is linked: that is left to the kernels."""
         self._raise_if_finalized()
-        for library in dict.fromkeys(self._linking_libraries):
-            self._reload_init.update(library._reload_init)
-            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
         self._finalize_dynamic_globals()
         self._finalized = True
 
@@ -60,6 +57,18 @@ class Ingredient(JITCodeLibrary):
         return 0
 
 
+class Kernel(JITCodeLibrary):
+    """Code with all its ingredients."""
+
+    def finalize(self) -> None:
+        """Link all that the function calls, directly or not, and compile it."""
+        libraries = self._linking_libraries
+        for library in libraries:  # which grows
+            if isinstance(library, Ingredient):
+                libraries.extend(inner for inner in library._linking_libraries if inner not in libraries)
+        super().finalize()
+
+
 @register_pass(mutates_CFG=False, analysis_only=True)
 class _UseIngredient(FunctionPass):
     _name = "atlasphys_ingredient"
@@ -73,13 +82,41 @@ class _UseIngredient(FunctionPass):
         return False
 
 
-class IngredientCompiler(CompilerBase):
-    """Numba's pipeline, with that pass."""
+@register_pass(mutates_CFG=False, analysis_only=True)
+class _UseKernel(FunctionPass):
+    _name = "atlasphys_kernel"
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def run_pass(self, state: Any) -> bool:
+        """Have the function lowered into a kernel."""
+        state.library = Kernel(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return False
+
+
+class _Compiler(CompilerBase):
+    """Numba's pipeline, with a pass that chooses what a function is lowered into."""
+
+    choice: ClassVar[type[FunctionPass]]
 
     def define_pipelines(self) -> list[Any]:
         """Numba asks for them."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         first, _ = passes.passes[0]
-        passes.add_pass_after(_UseIngredient, first)
+        passes.add_pass_after(self.choice, first)
         passes.finalize()
         return [passes]
+
+
+class IngredientCompiler(_Compiler):
+    """Makes ingredients."""
+
+    choice = _UseIngredient
+
+
+class KernelCompiler(_Compiler):
+    """Makes kernels."""
+
+    choice = _UseKernel

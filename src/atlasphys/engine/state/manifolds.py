@@ -88,6 +88,6 @@ def empty_manifolds(capacity: int, real: npt.DTypeLike) -> Manifolds:
     )
 
 
-def with_rows(manifolds: Manifolds, capacity: int) -> Manifolds:
-    """The same table with room for ``capacity`` rows."""
-    return with_capacity(manifolds, capacity)
+def with_rows(manifolds: Manifolds, capacity: int, used: int) -> Manifolds:
+    """The same table with room for ``capacity`` rows, of which the first ``used`` are kept."""
+    return with_capacity(manifolds, capacity, used)

@@ -15,10 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from atlasphys.engine.constants import Tolerances, tolerances
-from atlasphys.engine.jit import kernel
+from atlasphys.engine.jit import call, kernel
 from atlasphys.engine.shapes.table import ShapeTable
 from atlasphys.engine.simd.by_address import by_address
-from atlasphys.engine.state.arrays import copy_rows, with_capacity
+from atlasphys.engine.state.arrays import copy_rows, room_for, with_capacity
 from atlasphys.engine.state.bodies import AWAKE, CHANGED, DYNAMIC, Bodies, empty_bodies
 from atlasphys.engine.state.colliders import Colliders, empty_colliders
 from atlasphys.engine.state.contacts import Contacts, empty_contacts
@@ -101,6 +101,10 @@ def tolerances_of(environment: Environment, precision: str) -> Tolerances:
     return Tolerances(*(real(value) for value in tolerances(environment.length_unit)))
 
 
+NO_ROWS: npt.NDArray[np.int32] = np.empty(0, np.int32)
+NO_PAIRS: npt.NDArray[np.int32] = np.empty((0, 2), np.int32)
+
+
 class State:
     """Tables of bodies, colliders, shapes and manifolds, and the clock.
 
@@ -116,8 +120,8 @@ class State:
         self.table = ShapeTable(self.real)
         self.manifolds: Manifolds = empty_manifolds(64, real)
         self.manifold_count = 0
-        self.began: npt.NDArray[np.int32] = np.empty((0, 2), np.int32)
-        self.ended: npt.NDArray[np.int32] = np.empty((0, 2), np.int32)
+        self.began: npt.NDArray[np.int32] = NO_PAIRS
+        self.ended: npt.NDArray[np.int32] = NO_PAIRS
         self.time = 0.0
         self.steps = 0
         self.last_h = 0.0
@@ -125,9 +129,11 @@ class State:
         """Whether columns of the bodies that follow from others are out of date."""
         self.forced = False
         """Whether forces or torques may act in the next step."""
-        self.slept: npt.NDArray[np.int32] = np.empty(0, np.int32)
+        self.changed = False
+        """Whether there may be rows with CHANGED in the column ``rest``."""
+        self.slept: npt.NDArray[np.int32] = NO_ROWS
         """Rows of the bodies that fell asleep in the last step."""
-        self.woke: npt.NDArray[np.int32] = np.empty(0, np.int32)
+        self.woke: npt.NDArray[np.int32] = NO_ROWS
         """Rows of the bodies that woke in it."""
         self._make_buffers()
 
@@ -176,7 +182,7 @@ class State:
         refresh(self.bodies, row, row + 1)
         self._remember(slice(row, row + 1))
         if self.bodies.kind[row] != DYNAMIC:
-            self.bodies.rest[row] = CHANGED
+            self.bodies.rest[row], self.changed = CHANGED, True
 
     def take_over(self, column: str, row: int, part: slice) -> None:
         """Remember a checked change of one column, and wake the body. What else was written into the row stays noticeable."""
@@ -188,6 +194,7 @@ class State:
         """A step has been made since bodies were changed by hand."""
         rest = self.bodies.rest[: self.count]
         rest[rest == CHANGED] = 0
+        self.changed = False
 
     def solver_changed(self) -> None:
         """Another solver goes on from here: friction counts for each pair as a whole, which all solvers read; penalties are forgotten."""
@@ -207,7 +214,7 @@ class State:
             self.bodies.rest[row] = 0
             woken = island == (island[row] if island[row] != AWAKE else AWAKE - 1)
         else:  # whatever touches it, or will in the next step
-            self.bodies.rest[row] = CHANGED
+            self.bodies.rest[row], self.changed = CHANGED, True
             m = self.manifolds
             live = m.count[: self.manifold_count] > 0
             a, b = m.a[: self.manifold_count][live], m.b[: self.manifold_count][live]
@@ -260,8 +267,8 @@ class State:
 
     def written_rows(self) -> npt.NDArray[np.int32]:
         """Rows into which the user has written since the state was last remembered."""
-        found = differing_rows(self.bodies, self.remembered, self.count, self.row_buffer)
-        return self.row_buffer[:found].copy()
+        found = call(differing_rows, self.real.char, self.bodies, self.remembered, self.count, self.row_buffer)
+        return self.row_buffer[:found].copy() if found else NO_ROWS
 
     def diverged_rows(self) -> npt.NDArray[np.int32]:
         """Rows whose state is no longer finite."""
@@ -288,7 +295,7 @@ class State:
     def reserve_manifolds(self, count: int) -> None:
         """Room for ``count`` manifolds in the next step's table."""
         if len(self.next_manifolds.a) < count:
-            self.next_manifolds = empty_manifolds(2 * count, self.real)
+            self.next_manifolds = empty_manifolds(room_for(count), self.real)
         if len(self.manifold_ended) < self.manifold_count:
             self.manifold_ended = np.zeros(len(self.manifolds.a), np.bool_)
 

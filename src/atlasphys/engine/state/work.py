@@ -40,18 +40,21 @@ COLOURED = 28  # colours of contacts up to the last that is in use
 SLOTS = 29  # slots for contact points that the pairs for other routines need
 EDGE_LIMIT = 30  # see dispatch.EDGE_LIMITS
 HUBS, PARTS = 31, 32  # bodies that are split in the step, and their parts, see islands/split.py
-ENTRIES = 33
+LAID_OUT = 33  # there is all that the pairs for other routines need
+ENTRIES = 34
 
 # Entries of ``Work.calls``, after those of the routines for rarer pairs
-GENERIC_DATA = 3  # what these are called with
+ROUTINES = 3  # number of these
+GENERIC_PART = 3  # see fused/generic.py
 DETECTION, RESPONSE = 4, 5  # see fused/
-CALLS = 6
+BOUNCE = 6  # see fused/bounce.py
+CALLS = 7
 
 # Entries of ``Work.times``: the places in ``step.STAGES``. Pairs go from the narrow phase to manifolds in blocks, and are counted with it.
 BROADPHASE, NARROWPHASE, ISLANDS, SOLVER, FINISH = 0, 1, 3, 4, 6
 
 # Values of PHASE
-DETECT, TAKE_GENERIC, RESPOND = range(3)
+DETECT, DETECT_GENERIC, RESPOND = range(3)
 
 # Lists of ``Lanes.waiting``
 RECYCLE_MANY, RECYCLE_ONE, LOOK_NEARER = range(3)
@@ -151,8 +154,7 @@ class Work(NamedTuple):
     routines: npt.NDArray[np.int8]
     """(kinds, kinds) routine for two kinds of shapes, see narrowphase/dispatch.py."""
     calls: npt.NDArray[np.int64]
-    """(CALLS,) addresses of the three routines of narrowphase/addresses.py, 0: not known; of their arguments; and of the parts of
-    the step that are compiled apart."""
+    """(CALLS,) addresses of the three routines of narrowphase/addresses.py and of the parts of the step that are compiled apart; 0: not known."""
     times: npt.NDArray[np.int64]
     """Time spent in each stage in this call [ns]."""
     began: npt.NDArray[np.int32]
