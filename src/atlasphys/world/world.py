@@ -21,6 +21,7 @@ from atlasphys.engine.run import run
 from atlasphys.engine.shapes.mass import mass_properties
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.shape import Shape
+from atlasphys.engine.solvers import SOLVERS
 from atlasphys.engine.solvers.residuals import Residuals, Sweep, contact_residuals
 from atlasphys.engine.state.bodies import DYNAMIC, KINDS, STATIC
 from atlasphys.engine.state.state import Environment, State
@@ -218,10 +219,10 @@ class World:
         name, settings = solver_of(value)
         if name != self._pipeline.solver:
             self._state.solver_changed()
-            if not is_fused(name):
+            if not SOLVERS[name].shares:
                 self._state.wake()
         sleeping, threads = self._pipeline.sleeping, self._pipeline.threads
-        if not is_fused(name):
+        if not SOLVERS[name].shares:
             sleeping, threads = False, 1
         self._pipeline = dataclasses.replace(
             self._pipeline, solver=name, solver_settings=settings, sleeping=sleeping, threads=threads

@@ -10,6 +10,7 @@ from atlasphys.engine.solvers.locked import follow_turn
 from atlasphys.engine.solvers.parts import give_back, hand_out, join_parts, take_bodies
 from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
+from atlasphys.engine.solvers.sweep_trace import RELAX, SOLVE, note_pass
 from atlasphys.engine.state.blocks import COUNT, MANIFOLD, ROLLS
 from atlasphys.engine.state.manifolds import RESTITUTION, ROLLING, TORSIONAL
 from atlasphys.engine.state.work import (
@@ -244,8 +245,10 @@ def store_contacts(new, work, member):
 
 
 @routine
-def respond(bodies, locked, constants, new, work, member):
-    """The solver stage: impulses and motion in all substeps. Each member does its share of every loop."""
+def respond(bodies, locked, constants, new, work, member, noted):
+    """The solver stage: impulses and motion in all substeps. Each member does its share of every loop.
+
+    ``noted`` is ``work`` if notes are to be taken of the passes, which one member then does alone, else None."""
     motion, geometry, inverse_mass, drives, h = (
         bodies.motion, bodies.geometry, bodies.inverse_mass, bodies.drive, constants.h,
     )  # fmt: skip
@@ -265,7 +268,7 @@ def respond(bodies, locked, constants, new, work, member):
     meet(member)
     if status[BOUNCES]:
         bounce_contacts(locked, motion, inverse_mass, drives, constants, new, work, member)
-    for _ in range(constants.substeps):
+    for substep in range(constants.substeps):
         for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
             first, stop = share(0, blocks, member)
             for block in range(first, stop):
@@ -275,6 +278,8 @@ def respond(bodies, locked, constants, new, work, member):
         start_contacts(locked, motion, inverse_mass, work, member)
         hand_out(motion, inverse_mass, drives, work, member)
         solve_contacts(False, locked, motion, inverse_mass, constants.soft, work, member)
+        if noted is not None:
+            note_pass(SOLVE, substep, motion, noted)
         first, stop = share(0, status[PLAIN], member)
         for block in range(first, stop):
             move(block, plain, motion, geometry, h)
@@ -288,6 +293,8 @@ def respond(bodies, locked, constants, new, work, member):
             meet(member)
         hand_out(motion, inverse_mass, drives, work, member)
         solve_contacts(True, locked, motion, inverse_mass, constants.soft, work, member)
+        if noted is not None:
+            note_pass(RELAX, substep, motion, noted)
     store_contacts(new, work, member)
     give_back(bodies, work, member)
 
@@ -316,25 +323,31 @@ def settle_bodies(bodies, work, lanes, member):
 
 
 @routine
-def take_part(arguments, rank, size, locked):
+def take_part(arguments, rank, size, locked, noted):
     """Do a thread's share of the response. ``locked`` are the rows of the bodies whose rotation is locked about some axis; None if no body
     has any locks, not even of its translation."""
     bodies, _, _, table_0, table_1, _, _, constants, work, sync = arguments
     lanes, member = lanes_of(work.lanes, rank), member_of(sync, rank, size)
-    respond(bodies, locked, constants, table_1 if work.status[PARITY] == 0 else table_0, work, member)
+    respond(bodies, locked, constants, table_1 if work.status[PARITY] == 0 else table_0, work, member, noted)
     settle_bodies(bodies, work, lanes, member)
 
 
 @routine
 def response_part(arguments, task, rank, size):
     """The response of bodies without locks."""
-    take_part(arguments, rank, size, None)
+    take_part(arguments, rank, size, None, None)
 
 
 @routine
 def response_part_with_locks(arguments, task, rank, size):
     """The response if some body has locks."""
-    take_part(arguments, rank, size, arguments[8].locked)
+    take_part(arguments, rank, size, arguments[8].locked, None)
+
+
+@routine
+def response_part_with_notes(arguments, task, rank, size):
+    """The response if notes are to be taken, with locks or without."""
+    take_part(arguments, rank, size, arguments[8].locked, arguments[8])
 
 
 @kernel
@@ -349,3 +362,10 @@ def response_address_with_locks(bodies, colliders, shapes, table_0, table_1, rem
     """Address of the code of ``response_part_with_locks``."""
     arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
     return address_call(response_part_with_locks, arguments)[0]
+
+
+@kernel
+def response_address_with_notes(bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync):
+    """Address of the code of ``response_part_with_notes``."""
+    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
+    return address_call(response_part_with_notes, arguments)[0]

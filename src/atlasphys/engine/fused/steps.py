@@ -69,6 +69,7 @@ from atlasphys.engine.state.work import (
     SLEEPS,
     SLEPT,
     SOLVER,
+    SPLITS,
     STEP,
     TAKE_GENERIC,
     TUMBLING,
@@ -117,7 +118,7 @@ def arrange_contacts(bodies, count, new, work):
     work.used[:] = np.uint64(0)
     colour_contacts(ends, new.count, work.live, live, work.moves, work.used, work.colours, work.sizes)
     status[COLOURED] = block_ranges(work.sizes, work.starts)
-    if status[COLOURED] > MOST_CONTACTS:
+    if status[SPLITS] and status[COLOURED] > MOST_CONTACTS:
         status[HUBS], status[PARTS] = find_hubs(ends, work.live, live, work.moves, count, work.parent, work.hubs)
     if status[HUBS] > 0:
         if (
