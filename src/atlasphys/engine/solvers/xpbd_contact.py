@@ -272,7 +272,7 @@ def solve_velocities(points, locks, block, other, integers, blocks, motion, inve
             off = (bounce != 0) & (absolute(excess[k]) > load(blocks, block, fields.allowed + k))
             wrong = wrong | (off & ((old[k] > 0) | (excess[k] < 0)))
         wanted.append(old[k] - load(blocks, block, fields.inverse + k) * excess[k])
-    new = sweep_normal_impulses(fields, blocks, block, old, wanted, None, 1)
+    new = sweep_normal_impulses(fields, blocks, block, old, wanted, None, INNER_SWEEPS if points > 1 else 1)
     pair.press([new[k] - old[k] for k in range(points)])
     for k in range(points):
         store(blocks, block, fields.impulse + k, new[k])
