@@ -88,6 +88,7 @@ from atlasphys.engine.state.work import (
     SLOTS,
     SPLITS,
     STEP,
+    WEIGHT_FIRST,
     WOKEN,
     Work,
     empty_lanes,
@@ -191,6 +192,7 @@ class Workspace:
         self.work = empty_work(state, FIELDS[solver])._replace(routines=KIND_ROUTINES[narrowphase])
         self.work.status[EDGE_LIMIT] = EDGE_LIMITS[narrowphase]
         self.work.status[SPLITS] = solver == "soft_step"
+        self.work.status[WEIGHT_FIRST] = solver == "xpbd"
         n = state.count
         bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
         self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]

@@ -16,7 +16,7 @@ from atlasphys.engine.fused.detection import (
     no_call,
     take_generic,
 )
-from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
+from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks, weight_first
 from atlasphys.engine.islands.sleep import list_active, list_awake, note_rest, put_to_sleep, wake_touched
 from atlasphys.engine.islands.split import MOST_CONTACTS, deal_contacts, find_hubs
 from atlasphys.engine.jit import kernel, routine
@@ -73,6 +73,7 @@ from atlasphys.engine.state.work import (
     STEP,
     TAKE_GENERIC,
     TUMBLING,
+    WEIGHT_FIRST,
     WOKEN,
     WRONG,
     lanes_of,
@@ -300,6 +301,8 @@ def run_steps(
                 list_bodies(bodies, count, work)
                 live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
         status[LIVE] = live
+        if status[WEIGHT_FIRST]:
+            weight_first(new.contact, constants.gravity, work.live, live, work.generic)
         missing = arrange_contacts(bodies, count, new, work)
         if missing != FINISHED:
             return missing

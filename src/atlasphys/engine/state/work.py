@@ -43,7 +43,8 @@ EDGE_LIMIT = 30  # see dispatch.EDGE_LIMITS
 HUBS, PARTS = 31, 32  # bodies that are split in the step, and their parts, see islands/split.py
 SPLITS = 33  # bodies with many contacts are split
 NOTED = 34  # notes taken of this step's sweeps
-ENTRIES = 35
+WEIGHT_FIRST = 35  # contacts that carry weight are coloured before the others
+ENTRIES = 36
 
 # Entries of ``Work.calls``, after those of the routines for rarer pairs
 GENERIC_DATA = 3  # what these are called with
