@@ -100,6 +100,9 @@ from atlasphys.engine.threads import lend_team
 MOST_GROWTH = 4.0
 """By how much last step's impulses may be scaled up for a longer step; see solvers/sequential_impulse.py."""
 
+FREQUENCY = 34 / 240
+"""Frequency of contacts as a share of the number of substeps a second, if none is asked for: sag falls as the square of a substep."""
+
 MOST_FREQUENCY = 0.15
 """Greatest frequency of contacts, as a share of the number of substeps a second. From 0.17 on pyramids jitter (docs/soft_step.md)."""
 
@@ -138,7 +141,9 @@ def constants(
         threshold = max(threshold, 2 * math.hypot(*environment.gravity) * sub)
         ratio = last_h / sub if last_h > 0 else 1.0
     else:
-        frequency = min(settings.contact_frequency, MOST_FREQUENCY / sub)
+        frequency = FREQUENCY / sub
+        if settings.contact_frequency is not None:
+            frequency = min(settings.contact_frequency, MOST_FREQUENCY / sub)
         soft = (
             1 / sub,
             *softness(frequency, settings.contact_damping, sub),

@@ -583,14 +583,17 @@ class World:
         """How the solver fared in the last call of ``step`` or ``run``, a record a sweep and a record at the end of each step; read-only. Empty
         unless ``trace_solver`` is set.
 
-        ``step``; ``sweep``, 0 before the first, −1 at the end of the step; ``colour`` of the contacts that it visited, −1 for all. The greatest
+        ``step``; ``sweep``, counted from 0, −1 at the end of the step; ``colour`` of the contacts that it visited, −1 for all; ``substep``;
+        ``kind``: ``"sweep"`` of ``sequential_impulse`` and ``avbd`` (the first before all sweeps), ``"solve"`` and ``"relax"`` of ``soft_step``,
+        ``"positions"`` and ``"velocities"`` of ``xpbd``, ``"end"``. The greatest
         ``complementarity`` residual |min(w/k, λ)| [N s] and ``cone`` violation max(0, |λ_t| − μ λ) [N s] of a contact point, and the sum of
         ``work`` |λ w| [J], with w the speed that the gap does not allow (in sweeps: that the solver's constraint does not), k the contact's
-        inverse mass, λ the normal and λ_t the friction impulse; at the end of a step λ is that of the whole step. Energy by kind [J]:
-        ``translation``, ``rotation``, ``potential`` (in the world's gravity; positions change at the end of a step). ``depth``: deepest overlap
-        [m].
+        inverse mass, λ the normal and λ_t the friction impulse, of the substep where there are some; at the end of a step of the whole step. Energy
+        by kind [J]: ``translation``, ``rotation``, ``potential`` (in the world's gravity; positions change at the end of a step). ``depth``:
+        deepest overlap [m].
 
-        Solvers that work in steps of Python (``sequential_impulse``) note every sweep, ``soft_step`` the end of each step alone.
+        The first traced step of ``soft_step`` and ``xpbd`` compiles their solver stage once more; one thread does it. Impacts of ``soft_step`` are
+        resolved before its substeps, and not noted; of the sweeps over velocities that impacts take in ``xpbd`` the last is.
         """
         return trace_records(self._trace)
 
