@@ -15,6 +15,7 @@ from typing import Any
 import atlasphys as ap
 from atlasphys.engine import run
 from atlasphys.engine.fused.detection import detection_address
+from atlasphys.engine.fused.response import response_address, response_address_with_locks
 from atlasphys.engine.fused.steps import run_steps
 from atlasphys.engine.manifold import update_manifolds
 from atlasphys.engine.solvers.sequential_impulse import SequentialImpulse, advance
@@ -85,10 +86,10 @@ def use_worlds(preset: str, precision: str) -> None:
 
 
 STEP: dict[str, Callable[[str], None]] = {
-    "response": partial(compile_part, run.response_address),
+    "response": partial(compile_part, response_address),
     "detection": partial(compile_part, detection_address),
     "steps": compile_steps,
-    "response-with-locks": partial(compile_part, run.response_address_with_locks),
+    "response-with-locks": partial(compile_part, response_address_with_locks),
 }
 OTHERS: dict[str, Callable[[str], None]] = {
     run.job_of(kernel): partial(compile_part, kernel) for kernels in run.RESPONSES.values() for kernel in kernels
