@@ -516,7 +516,8 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     if state.trace is not None:
         state.trace += passes(state, pipeline.solver, h / settings.substeps)
         space.work = space.work._replace(**notes_for(state, 0, 0))
-    state.began = space.work.began[: status[BEGAN]].copy()
+    began = space.work.began[: status[BEGAN]]
+    state.began = began[np.lexsort(began.T[::-1])]  # contacts may have been put in another order
     state.ended = space.work.ended[: status[ENDED]].copy()
     state.slept = _rows(changed_activity(state) < 0) if status[SLEPT] else NO_ROWS
     state.woke = _rows(changed_activity(state) > 0) if status[WOKEN] else NO_ROWS

@@ -3,8 +3,9 @@
 from atlasphys.engine.fused.response import settle_bodies
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.simd.address import address_call
+from atlasphys.engine.simd.by_address import part_of
 from atlasphys.engine.solvers.xpbd import respond
-from atlasphys.engine.state.work import PARITY, lanes_of
+from atlasphys.engine.state.work import PARITY
 from atlasphys.engine.team import member_of
 
 
@@ -13,7 +14,7 @@ def take_part(arguments, locked, noted):
     """All of the response. ``locked`` and ``noted``: see ``solvers/xpbd.py``."""
     bodies, _, _, table_0, table_1, _, _, constants, work, sync = arguments
     respond(bodies, locked, constants, table_1 if work.status[PARITY] == 0 else table_0, work, noted)
-    settle_bodies(bodies, work, lanes_of(work.lanes, 0), member_of(sync, 0, 1))
+    settle_bodies(bodies, work, part_of(work.lanes, 0), member_of(sync, 0, 1))
 
 
 @routine
