@@ -1,6 +1,7 @@
 """What is compiled for worlds, in jobs that processes do at the same time: ``python -m atlasphys.warmup single detection response``.
 
-``STEP`` are the large kernels of the default step, which do not depend on each other. ``WORLDS`` run worlds that need all the rest; that of the
+``STEP`` are the large kernels of the default step, which do not depend on each other, ``OTHERS`` what may take the place of
+its solver. ``WORLDS`` run worlds that need all the rest; that of the
 default preset takes from the cache what the former left there.
 """
 
@@ -30,7 +31,7 @@ PRECISIONS = {"single": "f", "double": "d"}
 def empty_state(precision: str) -> State:
     """A state without bodies."""
     state = State(PRECISIONS[precision], Environment((0.0, 0.0, 0.0), 1.0, 1.0, 0, 0))
-    state.workspace = run.Workspace(state, "auto")
+    state.workspace = run.Workspace(state, "auto", "soft_step")
     return state
 
 
@@ -96,9 +97,12 @@ STEP: dict[str, Callable[[str], None]] = {
     "response-with-locks": partial(compile_part, response_address_with_locks),
     "bounce-with-locks": partial(compile_part, bounce_address_with_locks),
 }
+OTHERS: dict[str, Callable[[str], None]] = {
+    run.job_of(kernel): partial(compile_part, kernel) for kernels in run.RESPONSES.values() for kernel in kernels
+}
 CLASSIC: dict[str, Callable[[str], None]] = {"classic-solver": compile_classic_solver}
 WORLDS: dict[str, Callable[[str], None]] = {preset: partial(use_worlds, preset) for preset in ("default", "classic")}
 
 if __name__ == "__main__":
     for job in sys.argv[2:]:
-        (STEP | CLASSIC | WORLDS)[job](sys.argv[1])
+        (OTHERS | STEP | CLASSIC | WORLDS)[job](sys.argv[1])

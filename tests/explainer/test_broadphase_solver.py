@@ -109,8 +109,12 @@ def test_clamps_are_named():
         world.restore(copy)
 
 
-def test_other_solvers_tell_the_end_of_the_step():
+def test_solvers_with_substeps_tell_their_passes():
     trace = story_of("touching").solver
-    assert "notes the end of the step alone" in trace.remark
-    assert [sweep.number for sweep in trace.sweeps] == [-1]
+    assert "those of its substep" in trace.remark
+    assert [sweep.number for sweep in trace.sweeps] == [*range(8), -1]
+    assert [sweep.when for sweep in trace.sweeps[:3]] == ["substep 1, solve", "substep 1, relax", "substep 2, solve"]
+    assert trace.sweeps[-1].when == "end of the step"
+    whole = sum(sweep.normal for sweep in trace.sweeps[1:8:2])
+    np.testing.assert_allclose(whole, trace.sweeps[-1].normal, rtol=1e-5, atol=1e-6)
     assert "nothing to do" in story_of("separate").solver.instead

@@ -26,6 +26,10 @@ def test_a_track_holds_what_the_world_says():
     assert row["last_kinetic"] == world.energy().kinetic
     assert row["last_complementarity"] == world.residuals().complementarity.max()
     assert row["worst_drift"] >= row["last_drift"] >= 0
+    assert row["sweeps"] == len(found.sweeps) == 11
+    assert found.sweeps[-1] == row["last_sweep"] <= row["first_sweep"]
+    assert world.steps == 60
+    assert not world.trace_solver
     assert all(len(found.columns[name]) == len(found.times) == 60 for name in COLUMNS)
 
 

@@ -76,7 +76,10 @@ def compare(
     files = []
     if out is not None and tracks:
         files = [plot(out / "compare.png", tracks, loaded.name), out / "compare.json"]
-        samples = [track.row() | {"times": track.times} | track.columns for track in tracks]
+        samples = [
+            track.row() | {"times": track.times, "residuals_of_sweeps": track.sweeps} | track.columns
+            for track in tracks
+        ]
         files[1].write_text(json_format.dumps(samples, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
     if json:
         told = {"scene": loaded.name, "interrupted": interrupted, "results": [track.row() for track in tracks]}
@@ -100,6 +103,9 @@ ROWS = {
     "greatest_gain": ("  greatest", 1.0, "J"),
     "worst_drift": ("farthest from its start, a body", 1e3, "mm"),
     "last_drift": ("  at the end", 1e3, "mm"),
+    "sweeps": ("sweeps of the last step", 1.0, ""),
+    "first_sweep": ("  residual after the first", 1.0, "N s"),
+    "last_sweep": ("  after the last", 1.0, "N s"),
     "contacts": ("contact points at the end", 1.0, ""),
     "seconds": ("simulated", 1.0, "s"),
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -19,7 +20,16 @@ from atlasphys.engine.fused.bounce import bounce_address, bounce_address_with_lo
 from atlasphys.engine.fused.constants import Constants
 from atlasphys.engine.fused.detection import detection_address
 from atlasphys.engine.fused.generic import generic_address
-from atlasphys.engine.fused.response import response_address, response_address_with_locks
+from atlasphys.engine.fused.positions import (
+    positions_address,
+    positions_address_with_locks,
+    positions_address_with_notes,
+)
+from atlasphys.engine.fused.response import (
+    response_address,
+    response_address_with_locks,
+    response_address_with_notes,
+)
 from atlasphys.engine.fused.steps import run_steps
 from atlasphys.engine.islands.colour import COLOURS
 from atlasphys.engine.islands.split import HUB_COLUMNS, MOST_WHOLE
@@ -31,11 +41,12 @@ from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import KIND, PLANE
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.solvers.bounce_block import FINEST
-from atlasphys.engine.solvers.contact_block import (
-    Fields,
-)
+from atlasphys.engine.solvers.contact_block import Fields
 from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
 from atlasphys.engine.solvers.soft_step import SoftStep, softness
+from atlasphys.engine.solvers.sweep_trace import MOST_TRACED, passes
+from atlasphys.engine.solvers.xpbd import XPBD
+from atlasphys.engine.solvers.xpbd_contact import XpbdFields
 from atlasphys.engine.state.arrays import aligned_zeros, room_for
 from atlasphys.engine.state.blocks import INTEGERS
 from atlasphys.engine.state.bodies import DYNAMIC, KINEMATIC, STATIC
@@ -67,6 +78,7 @@ from atlasphys.engine.state.work import (
     NEED_GENERIC,
     NEED_PAIRS,
     NEED_PARTS,
+    NOTED,
     OLD_ROWS,
     PAIRS,
     PAIRS_CHANGED,
@@ -79,7 +91,9 @@ from atlasphys.engine.state.work import (
     SLEEPS,
     SLEPT,
     SLOTS,
+    SPLITS,
     STEP,
+    WEIGHT_FIRST,
     WOKEN,
     Work,
     empty_lanes,
@@ -91,6 +105,9 @@ from atlasphys.engine.threads import lend_team
 MOST_GROWTH = 4.0
 """By how much last step's impulses may be scaled up for a longer step; see solvers/sequential_impulse.py."""
 
+FREQUENCY = 34 / 240
+"""Frequency of contacts as a share of the number of substeps a second, if none is asked for: sag falls as the square of a substep."""
+
 MOST_FREQUENCY = 0.15
 """Greatest frequency of contacts, as a share of the number of substeps a second. From 0.17 on pyramids jitter (docs/soft_step.md)."""
 
@@ -101,31 +118,54 @@ frequency on, and so their other contacts have to be softer."""
 LONGEST_CALL = 0.05
 """Time [s] that one compiled call should take at most, so that Ctrl-C is heard."""
 
+RESPONSES = {
+    "soft_step": (response_address, response_address_with_locks, response_address_with_notes),
+    "xpbd": (positions_address, positions_address_with_locks, positions_address_with_notes),
+}
+"""The solver stage of each solver of the fused step: for bodies without locks, with locks, and with notes of the sweeps."""
+
+FIELDS: dict[str, type[Fields]] = {"soft_step": Fields, "xpbd": XpbdFields}
+"""What their blocks of contacts hold."""
+
 
 @lru_cache(maxsize=64)
-def constants(precision: str, environment: Environment, settings: SoftStep, h: float, last_h: float) -> Constants:
+def constants(
+    precision: str, environment: Environment, settings: SoftStep | XPBD, h: float, last_h: float
+) -> Constants:
     """The numbers of a run with steps of length h [s], after substeps of length ``last_h``, or 0; ``precision`` is NumPy's character for the
     world's."""
     real, tolerances = np.dtype(precision).type, tolerances_of(environment, precision)
     sub = h / settings.substeps
     unit = environment.length_unit
-    frequency = min(settings.contact_frequency, MOST_FREQUENCY / sub)
-    soft = (
-        1 / sub,
-        *softness(frequency, settings.contact_damping, sub),
-        *softness(STATIC_STIFFENING * frequency, settings.contact_damping, sub),
-        settings.push_out_speed * unit,
-    )
-    bounce = (environment.restitution_threshold, h, sub, float(tolerances.slop), FINEST[precision])
-    recycling = (
-        (settings.recycle_slip * unit) ** 2 if settings.contact_recycling else -1.0,
-        (2 * math.sin(settings.recycle_turn / 4)) ** 2,
-        (2 * math.sin(settings.recycle_twist / 4)) ** 2,
-        float(tolerances.margin),
-        settings.recycle_speed * unit * h,
-    )
-    ratio = min(sub / last_h, MOST_GROWTH) if last_h > 0 else 1.0
-    ratio = ratio if settings.warm_starting else 0.0
+    threshold, fastest = environment.restitution_threshold, settings.push_out_speed * unit
+    soft: tuple[float, ...] = (0.0,) * 6
+    positions: tuple[float, ...] = (0.0,) * 3
+    recycling = (-1.0, 0.0, 0.0, 0.0, 0.0)
+    if isinstance(settings, XPBD):
+        positions = (1 / sub, settings.compliance / sub**2, fastest)
+        threshold = max(threshold, 2 * math.hypot(*environment.gravity) * sub)
+        ratio = last_h / sub if last_h > 0 else 1.0
+    else:
+        frequency = FREQUENCY / sub
+        if settings.contact_frequency is not None:
+            frequency = min(settings.contact_frequency, MOST_FREQUENCY / sub)
+        soft = (
+            1 / sub,
+            *softness(frequency, settings.contact_damping, sub),
+            *softness(STATIC_STIFFENING * frequency, settings.contact_damping, sub),
+            fastest,
+        )
+        if settings.contact_recycling:
+            recycling = (
+                (settings.recycle_slip * unit) ** 2,
+                (2 * math.sin(settings.recycle_turn / 4)) ** 2,
+                (2 * math.sin(settings.recycle_twist / 4)) ** 2,
+                float(tolerances.margin),
+                settings.recycle_speed * unit * h,
+            )
+        ratio = min(sub / last_h, MOST_GROWTH) if last_h > 0 else 1.0
+        ratio = ratio if settings.warm_starting else 0.0
+    bounce = (threshold, h, sub, float(tolerances.slop), FINEST[precision])
     return Constants(
         h=real(sub),
         substeps=settings.substeps,
@@ -133,6 +173,7 @@ def constants(precision: str, environment: Environment, settings: SoftStep, h: f
         gravity=tuple(real(g) for g in environment.gravity),
         ratio=real(ratio),
         soft=tuple(real(x) for x in soft),
+        positions=tuple(real(x) for x in positions),
         bounce=tuple(real(x) for x in bounce),
         recycling=tuple(real(x) for x in recycling),
         margin=tolerances.margin,
@@ -154,10 +195,12 @@ NO_SYNC: npt.NDArray[np.int64] = aligned_zeros((SYNC_LENGTH,), np.int64)
 class Workspace:
     """What the fused step keeps between steps and can derive from the state at any time."""
 
-    def __init__(self, state: State, narrowphase: str) -> None:
-        self.narrowphase = narrowphase
-        self.work = empty_work(state)._replace(routines=KIND_ROUTINES[narrowphase])
+    def __init__(self, state: State, narrowphase: str, solver: str) -> None:
+        self.narrowphase, self.solver = narrowphase, solver
+        self.work = empty_work(state, FIELDS[solver])._replace(routines=KIND_ROUTINES[narrowphase])
         self.work.status[EDGE_LIMIT] = EDGE_LIMITS[narrowphase]
+        self.work.status[SPLITS] = solver == "soft_step"
+        self.work.status[WEIGHT_FIRST] = solver == "xpbd"
         n = state.count
         bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
         self.work.radius[:n] = bounds[:, BOUNDING_RADIUS]
@@ -166,6 +209,8 @@ class Workspace:
         self.work.status[KINEMATIC_BODIES] = (state.bodies.kind[:n] == KINEMATIC).any()
         self.tree = FatTree(state.real, FATTENING * state.environment.length_unit)
         self.kept: npt.NDArray[np.int64] = np.zeros(4, np.int64)
+        self.takes_notes = False
+        """Whether the solver stage that ``work.calls`` has takes notes of its sweeps."""
         self.pace = 1
         """Steps that a compiled call may make, for it to return soon enough."""
 
@@ -182,8 +227,8 @@ def has_restitution(state: State) -> bool:
     return bool((colliders[:, 1] > 0).any() or (manifolds[:, RESTITUTION] > 0).any())
 
 
-def empty_work(state: State) -> Work:
-    """Working memory for the bodies of a state; nothing in it is known yet."""
+def empty_work(state: State, fields: type[Fields]) -> Work:
+    """Working memory for the bodies of a state; nothing in it is known yet. ``fields`` says what blocks of contacts hold."""
     n = state.count
     moving = np.flatnonzero(state.bodies.kind[:n] != STATIC)
     tumbles = state.bodies.frame[moving, 3] > 0
@@ -227,9 +272,9 @@ def empty_work(state: State) -> Work:
         starts=np.zeros((2, COLOURS + 2), np.int64),
         cursor=np.zeros((2, COLOURS + 1), np.int64),
         integers_one=aligned_zeros((1, INTEGERS, LANES), np.int32),
-        blocks_one=aligned_zeros((1, Fields(1).number, LANES), real),
+        blocks_one=aligned_zeros((1, fields(1).number, LANES), real),
         integers_many=aligned_zeros((1, INTEGERS, LANES), np.int32),
-        blocks_many=aligned_zeros((1, Fields(4).number, LANES), real),
+        blocks_many=aligned_zeros((1, fields(4).number, LANES), real),
         rolls_one=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
         rolls_many=aligned_zeros((1, ROLLING_FIELDS, LANES), real),
         hubs=np.zeros((0, HUB_COLUMNS), np.int32),
@@ -243,7 +288,25 @@ def empty_work(state: State) -> Work:
         tumbling=np.zeros((-(-int(tumbles.sum()) // LANES), LANES), np.int32),
         room=np.zeros((max(-(-len(moving) // LANES), 1), LANES), real),
         lanes=empty_lanes(1, KINDS, real),
+        **notes_for(state, 0, 0),
     )
+
+
+def notes_for(state: State, sweeps: int, points: int) -> dict[str, npt.NDArray[Any]]:
+    """Room for notes of so many sweeps over so many contact points."""
+    return {
+        "notes": np.zeros((sweeps, 2), np.int32),
+        "noted_motion": np.zeros((sweeps, state.count, 12), state.real),
+        "noted_impulses": np.zeros((sweeps, points, 3), state.real),
+    }
+
+
+def reserve_notes(state: State, sweeps: int) -> None:
+    """Room for the notes of a step."""
+    work = state.workspace.work
+    rows, points = min(sweeps, MOST_TRACED), 4 * int(work.status[PAIRS])
+    if len(work.notes) != rows or work.noted_impulses.shape[1] < points:
+        state.workspace.work = work._replace(**notes_for(state, rows, points))
 
 
 def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
@@ -374,28 +437,33 @@ def part_arguments(state: State, values: Constants) -> tuple[Any, ...]:
 PRECISIONS = {"f": "single", "d": "double"}
 
 
-def compile_ahead(state: State) -> None:
+def job_of(address: Callable[..., Any]) -> str:
+    """Name of the job that compiles a part of the step (``atlasphys.warmup``)."""
+    return address.__name__.replace("_address", "").replace("_", "-")
+
+
+def compile_ahead(state: State, response: Callable[..., Any] = response_address) -> None:
     """The first time of all, have another process begin to compile parts of the step."""
-    ahead.start({"response": response_address, "detection": detection_address}, PRECISIONS[state.real.char])
+    kernels = (response, detection_address)
+    ahead.start({job_of(kernel): kernel for kernel in kernels}, PRECISIONS[state.real.char])
 
 
 def find_parts(state: State, values: Constants) -> None:
     """Addresses of the parts of the step that are compiled apart. The first time of all another process compiles one of them in the meantime."""
     space, before = state.workspace, tables(state)
     work, fat = space.work, space.tree.fat
-    locked = locks_of(state).any()
-    response = response_address_with_locks if locked else response_address
-    real = state.real.char
-    if locked:
-        ahead.start({"response-with-locks": response}, PRECISIONS[real])
-    compile_ahead(state)
+    locked, real = locks_of(state).any(), state.real.char
+    plain, with_locks, with_notes = RESPONSES[space.solver]
+    response = with_notes if state.trace is not None else with_locks if locked else plain
+    compile_ahead(state, response)
     call(run_steps, real, *before, state.contacts, space.kept, state.count, fat, values, work, 0, NO_SYNC)
     ahead.wait()
     work.calls[DETECTION] = call(detection_address, real, *part_arguments(state, values))
     work.calls[RESPONSE] = call(response, real, *part_arguments(state, values))
-    if has_restitution(state):
+    if space.solver == "soft_step" and has_restitution(state):
         bounce = bounce_address_with_locks if locked else bounce_address
         work.calls[BOUNCE] = call(bounce, real, *part_arguments(state, values))
+    space.takes_notes = state.trace is not None
 
 
 def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
@@ -410,11 +478,9 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
         state.stale = False
         if state.workspace is not None:
             state.workspace.work.expiry[:] = state.workspace.work.expiry_before[:] = -np.inf
-    if state.workspace is not None and state.workspace.narrowphase != pipeline.narrowphase:
-        state.workspace = None
-    if state.workspace is None:
-        state.workspace = Workspace(state, pipeline.narrowphase)
     space = state.workspace
+    if space is None or (space.narrowphase, space.solver) != (pipeline.narrowphase, pipeline.solver):
+        space = state.workspace = Workspace(state, pipeline.narrowphase, pipeline.solver)
     status = space.work.status
     space.work.times[:] = 0
     status[KEEPS], status[DONE], status[FORCES] = keeps, 0, state.forced
@@ -428,13 +494,16 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     changed = state.changed
     wanted = 1 if changed or values.ratio != 1 else min(steps, space.pace)
     completed = 0
-    if space.work.calls[DETECTION] == 0:
+    if space.work.calls[DETECTION] == 0 or space.takes_notes != (state.trace is not None):
         find_parts(state, values)
+    status[NOTED] = 0
     try:
         while True:
+            if space.takes_notes:
+                reserve_notes(state, 2 * settings.substeps)
             start = time.perf_counter()
             try:
-                with lend_team(pipeline.threads) as sync:
+                with lend_team(1 if space.takes_notes else pipeline.threads) as sync:
                     answer = call(
                         run_steps, state.real.char, *tables(state), state.contacts, space.kept, state.count,
                         space.tree.fat, values, space.work, wanted, sync,
@@ -463,7 +532,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
                 elif taken > LONGEST_CALL:
                     space.pace = max(space.pace // 2, 1)
                 wanted = min(steps, wanted + space.pace)
-                if settings.warm_starting:
+                if values.ratio != 0:
                     values = values._replace(ratio=type(values.ratio)(1))
             else:
                 break
@@ -473,7 +542,11 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     scale = 1e-9 / max(steps, 1)
     for stage, nanoseconds in zip(STAGES, space.work.times.tolist(), strict=True):
         profile[stage] = nanoseconds * scale
-    state.began = space.work.began[: status[BEGAN]].copy() if status[BEGAN] else NO_PAIRS
+    if state.trace is not None:
+        state.trace += passes(state, pipeline.solver, h / settings.substeps)
+        space.work = space.work._replace(**notes_for(state, 0, 0))
+    began = space.work.began[: status[BEGAN]]
+    state.began = began[np.lexsort(began.T[::-1])] if len(began) else NO_PAIRS  # contacts may have another order
     state.ended = space.work.ended[: status[ENDED]].copy() if status[ENDED] else NO_PAIRS
     state.slept = _rows(changed_activity(state) < 0) if status[SLEPT] else NO_ROWS
     state.woke = _rows(changed_activity(state) > 0) if status[WOKEN] else NO_ROWS

@@ -116,7 +116,7 @@ def read(moment: Moment) -> BroadphaseTrace:
                 survives = bool(plain(bounds_overlap)(colliders, a, b))
     method = moment.pipeline.broadphase
     remark = ""
-    if method == "tree" and moment.pipeline.solver == "soft_step":
+    if method == "tree" and moment.is_fused:
         remark = (
             "The step keeps its trees, of boxes with room to move, from step to step, and looks for pairs only when a body leaves its box; "
             "told here are trees of the tight bounds of this moment."

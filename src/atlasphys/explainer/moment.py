@@ -14,6 +14,7 @@ from atlasphys.engine.narrowphase.dispatch import EDGE_LIMITS, KIND_ROUTINES, RO
 from atlasphys.engine.narrowphase.layout import CONVEX_CONVEX, POLYHEDRA, most_points
 from atlasphys.engine.shapes.bounds import update_bounds
 from atlasphys.engine.shapes.table import EDGE_COUNT, KIND, PLANE, Shapes
+from atlasphys.engine.solvers import SOLVERS
 from atlasphys.engine.state.contacts import Contacts, empty_contacts
 from atlasphys.engine.state.manifolds import DEPTH, NORMAL, POINT_COLUMNS
 from atlasphys.engine.state.pose import refresh
@@ -107,9 +108,14 @@ class Moment:
         return contacts
 
     @property
+    def is_fused(self) -> bool:
+        """Whether the step was that of ``engine/fused``."""
+        return SOLVERS[self.pipeline.solver].advance is None
+
+    @property
     def by_lanes(self) -> bool:
         """Whether the step collides the pair eight at a time, by a body over lanes that does what ``routine`` does."""
-        if self.pipeline.solver != "soft_step" or KIND_OF[self.kinds] == GENERIC_KIND:
+        if not self.is_fused or KIND_OF[self.kinds] == GENERIC_KIND:
             return False
         return self.has_plane or self.pipeline.narrowphase != "gjk_epa"
 
@@ -122,7 +128,7 @@ class Moment:
             return None
         i = rows[0]
         depth = m.points[i, DEPTH::POINT_COLUMNS][: m.count[i]].astype(np.float64)
-        fresh = self.pipeline.solver != "soft_step" or int(m.collided[i]) == self.after.steps
+        fresh = not self.is_fused or int(m.collided[i]) == self.after.steps
         return Contact(m.contact[i, NORMAL : NORMAL + 3].astype(np.float64), depth, fresh)
 
     def _likely_pair(self) -> tuple[int, int]:

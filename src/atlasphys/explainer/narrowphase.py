@@ -126,7 +126,7 @@ class Narrowphase:
         """What became of the contact points: reduced, matched, impulses carried over."""
         found = manifold.read(self.moment, self.own[0])
         remark = self.who(self.moment.routine, "")
-        if self.moment.pipeline.solver == "soft_step":
+        if self.moment.is_fused:
             remark += (
                 " The step matches points for eight pairs at a time (engine/manifold/renew.py), by the distance as seen from either body, with a "
                 "tenth of it where the features are the same; told here is the way for one pair, by features first."

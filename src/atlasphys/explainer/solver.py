@@ -23,7 +23,11 @@ class Sweep:
     """The state after a sweep over all contacts, or, in the last entry, at the end of the step."""
 
     number: int
-    """0: before the first; −1: the end of the step."""
+    """0 for the first record of the step; −1: the end of the step."""
+    kind: str
+    """What the solver calls it: ``"sweep"`` (number 0: before the first), ``"end"``, or a pass of a substep."""
+    substep: int
+    """From 0 on, for solvers that have substeps."""
     normal: npt.NDArray[np.float64]
     """(k,) normal impulse of each contact point of the pair [N s]."""
     friction: npt.NDArray[np.float64]
@@ -37,6 +41,15 @@ class Sweep:
     energy: float
     """Kinetic energy of all bodies [J]."""
 
+    @property
+    def when(self) -> str:
+        """In words."""
+        if self.kind == "end":
+            return "end of the step"
+        if self.kind == "sweep":
+            return f"sweep {self.number}" if self.number else "before the first sweep"
+        return f"substep {self.substep + 1}, {self.kind}"
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SolverTrace(Trace):
@@ -49,12 +62,11 @@ class SolverTrace(Trace):
         """The story."""
         yield f"Solver ({self.solver}): what does each contact point of the pair push with?"
         for sweep in self.sweeps:
-            when = {-1: "end of the step", 0: "before the first sweep"}.get(sweep.number, f"sweep {sweep.number}")
             pushed = ", ".join(
                 f"{number(normal)} ({'friction ' + number(friction) + ', ' if friction else ''}{clamp})"
                 for normal, friction, clamp in zip(sweep.normal, sweep.friction, sweep.clamps, strict=True)
             )
-            yield f"{when}: {pushed} N s"
+            yield f"{sweep.when}: {pushed} N s"
             yield (
                 f"   all contacts: residual {number(sweep.complementarity)} N s, beyond the cone {number(sweep.cone)} N s; "
                 f"kinetic energy {number(sweep.energy)} J"
@@ -76,19 +88,18 @@ def read(moment: Moment) -> SolverTrace:
     for note, record in zip(moment.sweeps, moment.solved, strict=False):
         if note.impulse is not None:
             impulse = note.impulse[mine]
-            sweeps.append(_sweep(note.sweep, impulse[:, 0], np.hypot(impulse[:, 1], impulse[:, 2]), friction, record))
+            sweeps.append(_sweep(impulse[:, 0], np.hypot(impulse[:, 1], impulse[:, 2]), friction, record))
     remark = ""
-    if not sweeps:
-        remark = f"{solver} notes the end of the step alone; sequential_impulse (preset='classic') notes every sweep."
+    if any(sweep.kind != "sweep" for sweep in sweeps):
+        remark = "Impulses after a pass are those of its substep, at the end of the step those of the whole step."
     contacts = contact_points(moment.after)
     of_pair = (contacts.body_a == moment.a) & (contacts.body_b == moment.b)
     rubbed = np.linalg.norm(contacts.friction_impulse[of_pair], axis=1)
-    sweeps.append(_sweep(-1, contacts.normal_impulse[of_pair], rubbed, friction[: of_pair.sum()], moment.solved[-1]))
+    sweeps.append(_sweep(contacts.normal_impulse[of_pair], rubbed, friction[: of_pair.sum()], moment.solved[-1]))
     return SolverTrace(remark=remark, solver=solver, sweeps=tuple(sweeps))
 
 
 def _sweep(
-    index: int,
     normal: npt.NDArray[np.float64],
     friction: npt.NDArray[np.float64],
     coefficient: npt.NDArray[np.float64],
@@ -99,4 +110,14 @@ def _sweep(
         for n, f, mu in zip(normal, friction, coefficient, strict=True)
     )
     energy = float(record["translation"] + record["rotation"])
-    return Sweep(index, normal, friction, clamps, float(record["complementarity"]), float(record["cone"]), energy)
+    return Sweep(
+        number=int(record["sweep"]),
+        kind=str(record["kind"]),
+        substep=int(record["substep"]),
+        normal=normal,
+        friction=friction,
+        clamps=clamps,
+        complementarity=float(record["complementarity"]),
+        cone=float(record["cone"]),
+        energy=energy,
+    )

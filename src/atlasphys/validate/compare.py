@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import statistics
 import time
@@ -45,6 +46,8 @@ class Track:
     times: list[float] = field(default_factory=list)
     """Of the samples [s]."""
     columns: dict[str, list[float]] = field(default_factory=lambda: {name: [] for name in COLUMNS})
+    sweeps: list[float] = field(default_factory=list)
+    """Greatest complementarity residual after each sweep of one step more, taken by a copy of the world [N s]."""
     contacts: int = 0
     bodies: int = 0
     error: str = ""
@@ -67,6 +70,9 @@ class Track:
             **worst,
             "greatest_gain": _greatest(self.columns["gained"]),
             **last,
+            "sweeps": len(self.sweeps),
+            "first_sweep": self.sweeps[0] if self.sweeps else None,
+            "last_sweep": self.sweeps[-1] if self.sweeps else None,
             "error": self.error,
         }
 
@@ -102,6 +108,20 @@ def follow(world: World, track: Track, steps: int, report: Callable[[str], None]
             track.times.append(world.time)
             track.contacts = len(world.contacts)
         report(f"{track.contender.title}: round {step} of {steps}")
+    track.sweeps = residuals_of_sweeps(world, track.dt)
+
+
+def residuals_of_sweeps(world: World, dt: float) -> list[float]:
+    """Greatest complementarity residual after each sweep of a step that a copy of the world takes [N s]; none if it diverges."""
+    other = copy.deepcopy(world)
+    other.trace_solver = True
+    try:
+        other.step(dt)
+    except DivergenceError:
+        return []
+    trace = other.solver_trace
+    sweeps: list[float] = trace.complementarity[trace.kind != "end"].tolist()
+    return sweeps
 
 
 def _greatest(values: Any) -> float | None:
@@ -109,7 +129,7 @@ def _greatest(values: Any) -> float | None:
 
 
 def plot(path: Path, tracks: Sequence[Track], title: str) -> Path:
-    """Draw the columns over time, and the time per step."""
+    """Draw the columns over time, the time per step, and how residuals change over the sweeps of a step."""
     plt = pyplot()
     look = styles([(track.contender.name, track.contender.title, False) for track in tracks])
     figure, axes = plt.subplots(2, 4, figsize=(15, 6.6))
@@ -125,6 +145,15 @@ def plot(path: Path, tracks: Sequence[Track], title: str) -> Path:
         panel.set_title(label, fontsize=9)
         panel.tick_params(labelsize=8)
         panel.grid(alpha=0.25)
+    panel = axes.flat[len(COLUMNS) + 1]
+    for track in tracks:
+        panel.plot(range(1, 1 + len(track.sweeps)), track.sweeps, marker=".", **look[track.contender.title])
+    if any(value > 0 for track in tracks for value in track.sweeps):
+        panel.set_yscale("log")
+    panel.set_title("complementarity residual over the sweeps of a step [N s]", fontsize=9)
+    panel.set_xlabel("sweep", fontsize=8)
+    panel.tick_params(labelsize=8)
+    panel.grid(alpha=0.25)
     panel = axes.flat[len(COLUMNS)]
     costs = [1e3 * statistics.median(track.wall) if track.wall else 0.0 for track in tracks]
     bars = panel.barh(range(len(tracks)), costs, color=[look[track.contender.title]["color"] for track in tracks])
@@ -134,5 +163,4 @@ def plot(path: Path, tracks: Sequence[Track], title: str) -> Path:
     panel.invert_yaxis()
     panel.set_title("time per step, median [ms]", fontsize=9)
     panel.tick_params(labelsize=8)
-    axes.flat[-1].set_visible(False)
     return finish(figure, path, [(name, look[name]) for name in look], f"{title}: time [s]")

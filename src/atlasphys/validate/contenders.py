@@ -72,7 +72,8 @@ def _contender(word: str) -> Contender:
         if not equals or key not in {**fields, **WORLD_SETTINGS}:
             raise InvalidArgumentError(f"{solver} takes {', '.join([*fields, *WORLD_SETTINGS])} (got {setting!r})")
         if key in fields:
-            changes[key] = _value(f"{solver}:{key}", text, type(fields[key].default))
+            default = fields[key].default
+            changes[key] = _value(f"{solver}:{key}", text, float if default is None else type(default))
         else:
             given[key] = _value(key, text, WORLD_SETTINGS[key])
     if changes:

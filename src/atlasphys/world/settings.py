@@ -45,17 +45,17 @@ def solver_of(value: object) -> tuple[str, Any]:
 
 
 def is_fused(solver: str) -> bool:
-    """Whether a solver is part of the fused step, which alone knows sleep and threads."""
+    """Whether a solver is part of the fused step."""
     return SOLVERS[solver].advance is None
 
 
 def sleeping_of(solver: str, value: object) -> bool:
     """The setting ``sleeping``; None stands for the solver's default."""
     if value is None:
-        return is_fused(solver)
+        return SOLVERS[solver].shares
     if type(value) is not bool:
         raise InvalidArgumentError(f"sleeping must be True or False (got {value!r})")
-    if value and not is_fused(solver):
+    if value and not SOLVERS[solver].shares:
         raise InvalidArgumentError(f"sleeping must be False with {solver}: only soft_step lets bodies sleep")
     return value
 
@@ -64,7 +64,7 @@ def threads_of(solver: str, value: object) -> int:
     """The setting ``threads``."""
     if type(value) is not int or not 1 <= value <= MOST_THREADS:
         raise InvalidArgumentError(f"threads must be an integer from 1 to {MOST_THREADS} (got {value!r})")
-    if value > 1 and not is_fused(solver):
+    if value > 1 and not SOLVERS[solver].shares:
         raise InvalidArgumentError(f"threads must be 1 with {solver}: only soft_step shares its work (got {value})")
     return value
 

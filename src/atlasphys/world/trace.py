@@ -16,6 +16,8 @@ TRACE = np.dtype(
         ("step", np.int64),
         ("sweep", np.int32),
         ("colour", np.int32),
+        ("substep", np.int32),
+        ("kind", "U10"),
         ("complementarity", np.float64),
         ("cone", np.float64),
         ("work", np.float64),
@@ -35,11 +37,12 @@ Records = npt.NDArray[np.void]
 
 def trace_of(state: State) -> Records:
     """The records of the step that a state has just completed, from the notes in ``state.trace`` and from its end."""
-    end = Sweep(END, -1, contact_residuals(state), state.bodies.motion[: state.count, 0:6])
+    end = Sweep(END, -1, contact_residuals(state), state.bodies.motion[: state.count, 0:6], kind="end")
     notes: list[Sweep] = [*(state.trace or ()), end]
     records = np.zeros(len(notes), TRACE)
     for record, note in zip(records, notes, strict=True):
         record["step"], record["sweep"], record["colour"] = state.steps, note.sweep, note.colour
+        record["substep"], record["kind"] = note.substep, note.kind
         record["complementarity"], record["cone"], record["work"], record["depth"] = _worst(note.residuals)
         record["translation"], record["rotation"] = totals.kinetic(state, note.motion)
     records["potential"] = totals.energy(state).potential

@@ -21,6 +21,7 @@ from atlasphys.engine.run import compile_ahead, run
 from atlasphys.engine.shapes.mass import mass_properties
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.shape import Shape
+from atlasphys.engine.solvers import SOLVERS
 from atlasphys.engine.solvers.residuals import Residuals, Sweep, contact_residuals
 from atlasphys.engine.state.bodies import DYNAMIC, KINDS, STATIC
 from atlasphys.engine.state.state import Environment, State
@@ -218,10 +219,10 @@ class World:
         name, settings = solver_of(value)
         if name != self._pipeline.solver:
             self._state.solver_changed()
-            if not is_fused(name):
+            if not SOLVERS[name].shares:
                 self._state.wake()
         sleeping, threads = self._pipeline.sleeping, self._pipeline.threads
-        if not is_fused(name):
+        if not SOLVERS[name].shares:
             sleeping, threads = False, 1
         self._pipeline = dataclasses.replace(
             self._pipeline, solver=name, solver_settings=settings, sleeping=sleeping, threads=threads
@@ -584,14 +585,17 @@ class World:
         """How the solver fared in the last call of ``step`` or ``run``, a record a sweep and a record at the end of each step; read-only. Empty
         unless ``trace_solver`` is set.
 
-        ``step``; ``sweep``, 0 before the first, −1 at the end of the step; ``colour`` of the contacts that it visited, −1 for all. The greatest
+        ``step``; ``sweep``, counted from 0, −1 at the end of the step; ``colour`` of the contacts that it visited, −1 for all; ``substep``;
+        ``kind``: ``"sweep"`` of ``sequential_impulse`` and ``avbd`` (the first before all sweeps), ``"solve"`` and ``"relax"`` of ``soft_step``,
+        ``"positions"`` and ``"velocities"`` of ``xpbd``, ``"end"``. The greatest
         ``complementarity`` residual |min(w/k, λ)| [N s] and ``cone`` violation max(0, |λ_t| − μ λ) [N s] of a contact point, and the sum of
         ``work`` |λ w| [J], with w the speed that the gap does not allow (in sweeps: that the solver's constraint does not), k the contact's
-        inverse mass, λ the normal and λ_t the friction impulse; at the end of a step λ is that of the whole step. Energy by kind [J]:
-        ``translation``, ``rotation``, ``potential`` (in the world's gravity; positions change at the end of a step). ``depth``: deepest overlap
-        [m].
+        inverse mass, λ the normal and λ_t the friction impulse, of the substep where there are some; at the end of a step of the whole step. Energy
+        by kind [J]: ``translation``, ``rotation``, ``potential`` (in the world's gravity; positions change at the end of a step). ``depth``:
+        deepest overlap [m].
 
-        Solvers that work in steps of Python (``sequential_impulse``) note every sweep, ``soft_step`` the end of each step alone.
+        The first traced step of ``soft_step`` and ``xpbd`` compiles their solver stage once more; one thread does it. Impacts of ``soft_step`` are
+        resolved before its substeps, and not noted; of the sweeps over velocities that impacts take in ``xpbd`` the last is.
         """
         return trace_records(self._trace)
 

@@ -5,11 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
+from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks, weight_first
 from atlasphys.engine.islands.split import MOST_CONTACTS
 from atlasphys.engine.jit import kernel
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.state.blocks import BODY_A, BODY_B, COUNT, INTEGERS, MANIFOLD, MOVES_A, MOVES_B
+from atlasphys.engine.state.manifolds import NORMAL
 from tests.engine.islands.blocks import in_blocks
 
 
@@ -22,6 +23,24 @@ def colour(ends, count, live, number, moves, used, colours, sizes, starts):
 @kernel
 def fill(ends, count, live, number, moves, colours, starts, cursor, integers_one, integers_many):
     fill_blocks(ends, count, live, number, moves, colours, starts, cursor, integers_one, integers_many)
+
+
+@kernel
+def put_first(contact, gravity, live, number, scratch):
+    weight_first(contact, gravity, live, number, scratch)
+
+
+@given(st.lists(st.floats(-1, 1), max_size=30), st.sampled_from([(0.0, -9.81, 0.0), (0.0, 0.0, 0.0), (3.0, 0.0, 4.0)]))
+def test_contacts_that_carry_weight_come_first(heights, gravity):
+    normals = np.array([(np.sqrt(1 - y * y), y, 0.0) for y in heights]).reshape(-1, 3)
+    contact = np.zeros((len(heights), 16))
+    contact[:, NORMAL : NORMAL + 3] = normals
+    live = np.arange(len(heights), dtype=np.int32)[::-1].copy()
+    along = [(normals[i] @ gravity) ** 2 >= 0.5 * np.dot(gravity, gravity) for i in live]
+    wanted = [i for i, first in zip(live, along, strict=True) if first]
+    wanted += [i for i, first in zip(live, along, strict=True) if not first]
+    put_first(contact, gravity, live, len(live), np.empty(len(live), np.int32))
+    assert live.tolist() == wanted
 
 
 def coloured(pairs, points, moves, live, hubs):

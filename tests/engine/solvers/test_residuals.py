@@ -13,7 +13,8 @@ from atlasphys.engine.solvers import SOLVERS
 from atlasphys.engine.solvers.residuals import contact_residuals, point_residuals
 from atlasphys.engine.state.manifolds import FRICTION
 from atlasphys.errors import InvalidArgumentError
-from tests.world.scenes import stack
+from atlasphys.world.watch import watched
+from tests.world.scenes import heap, stack, steps
 
 G, H, MASS = 9.81, 1 / 60, 2.0
 number = st.floats(-1e3, 1e3)
@@ -193,6 +194,81 @@ def test_bounces_add_sweeps_to_a_trace():
         world.add(ap.Sphere(radius=0.5), position=(i, 0, 0), velocity=(-3 if i == 3 else 0, 0, 0), restitution=1)
     world.step(H)
     assert world.solver_trace.sweep.max() > 10
+
+
+PASSES = {"soft_step": ("solve", "relax"), "xpbd": ("positions", "velocities")}
+
+
+@pytest.mark.parametrize("solver", list(PASSES))
+def test_a_trace_of_everything_changes_no_bit(solver):
+    """Locked, rolling and bouncing bodies of all shapes; notes are taken by code that is compiled for it."""
+    hashes = []
+    for tracing in (False, True, False):
+        world = heap(13, spread=4.0, solver=solver, sleeping=False)
+        world.trace_solver = tracing
+        steps(world, 10)
+        world.trace_solver = not tracing
+        steps(world, 3)
+        hashes.append(world.state_hash())
+    assert len(set(hashes)) == 1
+
+
+@pytest.mark.parametrize("solver", list(PASSES))
+def test_passes_of_substeps_add_up_to_the_step(solver):
+    """A tower and a sliding block: impulses of the second passes are those of the substeps; friction keeps to the cone."""
+    world = stack(3)
+    world.solver = solver
+    world.add(ap.Box(size=(1, 1, 1)), position=(5, 0.5, 0), velocity=(3, 0, 0), friction=0.5)
+    steps(world, 20)
+    seen = []
+    with watched(world, seen.append):
+        world.step(H)
+    notes, trace = seen[0].sweeps, seen[0].solved[0]
+    substeps = world.solver_settings.substeps
+    assert [note.kind for note in notes] == [*PASSES[solver]] * substeps
+    assert [note.substep for note in notes] == [s for s in range(substeps) for _ in range(2)]
+    assert [note.sweep for note in notes] == list(range(2 * substeps))
+    contacts = world.contacts
+    whole = sum(note.impulse[:, 0] for note in notes[1::2])
+    assert whole == pytest.approx(contacts.normal_impulse, rel=1e-5, abs=1e-6)
+    sliding = np.flatnonzero(contacts.body_b == len(world.bodies) - 1)
+    rubbed = sum(np.hypot(*note.impulse[sliding, 1:].T) for note in notes[1::2])
+    assert rubbed == pytest.approx(0.5 * contacts.normal_impulse[sliding], rel=1e-4)
+    last = seen[0].after.bodies.motion[: seen[0].after.count, :6]
+    np.testing.assert_array_equal(notes[-1].motion, last)
+    assert (trace["translation"] + trace["rotation"])[-2] == pytest.approx(world.energy().kinetic)
+    scale = contacts.normal_impulse.max()
+    assert trace["cone"].max() < 1e-5 * scale
+    assert trace["complementarity"].max() < 0.1 * scale
+    assert trace["depth"].max() == pytest.approx(contacts.depth.max(), abs=1e-4)
+
+
+def test_bodies_that_nothing_stops_yet_are_a_residual():
+    """A ball that falls on a plane from a gap that it will close within the step: before the pass it approaches, after it it does not."""
+    world = ap.World(gravity=(0, 0, 0), solver="soft_step")
+    world.add(ap.Plane(normal=(0, 1, 0)))
+    world.add(ap.Sphere(radius=0.5), position=(0, 0.501, 0), velocity=(0, -1, 0), mass=2)
+    world.trace_solver = True
+    world.step(H)
+    trace = world.solver_trace
+    assert trace.translation[0] < 1.0  # ½ · 2 kg · (1 m/s)²: the first pass has braked it
+    assert trace.complementarity[:-1].max() < 1e-5
+    assert trace.kind.tolist() == ["solve", "relax"] * 4 + ["end"]
+
+
+def test_sweeps_of_avbd_converge():
+    world = ap.World(solver=ap.AVBD(iterations=60, tolerance=1e-9), precision="double")
+    world.add(ap.Plane(normal=(0, 1, 0)))
+    for level in range(3):
+        world.add(ap.Box(size=(1, 1, 1)), position=(0, 0.5 + level, 0), mass=1)
+    world.trace_solver = True
+    world.step(H)
+    trace = world.solver_trace
+    assert trace.sweep.tolist() == [*range(len(trace) - 1), -1]
+    assert trace.kind.tolist() == ["sweep"] * (len(trace) - 1) + ["end"]
+    assert trace.complementarity[-2] < 1e-3 * trace.complementarity[0]
+    assert trace.translation[-2] < 1e-6 * trace.translation[0]
+    assert trace.cone.max() < 1e-9
 
 
 def test_copies_and_pickles_of_a_traced_world_go_on_alike():

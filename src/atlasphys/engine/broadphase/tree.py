@@ -45,17 +45,30 @@ class Roles(NamedTuple):
 
 def roles(bodies: Bodies, colliders: Colliders, shapes: Shapes, count: int) -> Roles:
     """Sort the colliders by what they are."""
-    body = colliders.body[:count]
-    kind = bodies.kind[body]
-    is_plane = shapes.layout[colliders.shape[:count], KIND] == PLANE
+    moving, fixed, planes = rows = np.empty((3, count), np.int32)
     filters = np.empty((count, 4), np.uint32)
-    filters[:, 0], filters[:, 1] = body, kind == DYNAMIC
-    filters[:, 2], filters[:, 3] = colliders.group[:count], colliders.mask[:count]
-    moves = kind != STATIC
-    moving, fixed, planes = (
-        np.flatnonzero(which).astype(np.int32) for which in (moves & ~is_plane, ~moves & ~is_plane, is_plane)
-    )
-    return Roles(moving, fixed, planes, filters)
+    moves, stay, flat = sort_rows(bodies.kind, colliders, shapes.layout, rows, filters)
+    return Roles(moving[:moves], fixed[:stay], planes[:flat], filters)
+
+
+@kernel
+def sort_rows(kind, colliders, layout, rows, filters):
+    """Write the rows of moving and of fixed bounded colliders and of planes, and all filters; return how many there are of each."""
+    moves = stay = flat = 0
+    for i in range(len(filters)):
+        body = colliders.body[i]
+        filters[i, 0], filters[i, 1] = body, kind[body] == DYNAMIC
+        filters[i, 2], filters[i, 3] = colliders.group[i], colliders.mask[i]
+        if layout[colliders.shape[i], KIND] == PLANE:
+            rows[2, flat] = i
+            flat += 1
+        elif kind[body] == STATIC:
+            rows[1, stay] = i
+            stay += 1
+        else:
+            rows[0, moves] = i
+            moves += 1
+    return moves, stay, flat
 
 
 def surfaces(

@@ -18,9 +18,11 @@ class Constants(NamedTuple):
     ratio: float
     """Factor on last step's impulses."""
     soft: tuple[float, float, float, float, float, float]
-    """See solvers/soft_contact.py."""
+    """See solvers/soft_contact.py; zeros with another solver."""
+    positions: tuple[float, float, float]
+    """See ``solve_positions`` in solvers/xpbd_contact.py; zeros with another solver."""
     bounce: tuple[float, float, float, float, float]
-    """See solvers/bounce_block.py."""
+    """Threshold [m/s], lengths of the step and of a substep [s], slop [m], finest relative error; see solvers/bounce_block.py."""
     recycling: tuple[float, float, float, float, float]
     """See manifold/recycle.py."""
     margin: float

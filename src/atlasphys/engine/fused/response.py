@@ -11,6 +11,7 @@ from atlasphys.engine.solvers.locked import follow_turn
 from atlasphys.engine.solvers.parts import give_back, hand_out, join_parts, take_bodies
 from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
+from atlasphys.engine.solvers.sweep_trace import RELAX, SOLVE, note_pass
 from atlasphys.engine.state.blocks import COUNT, MANIFOLD, ROLLS
 from atlasphys.engine.state.manifolds import RESTITUTION, ROLLING, TORSIONAL
 from atlasphys.engine.state.work import (
@@ -211,8 +212,10 @@ def store_contacts(new, work, member):
 
 
 @routine
-def respond(bodies, locked, constants, new, work, member):
-    """The solver stage: impulses and motion in all substeps. Each member does its share of every loop."""
+def respond(bodies, locked, constants, new, work, member, noted):
+    """The solver stage: impulses and motion in all substeps. Each member does its share of every loop.
+
+    ``noted`` is ``work`` if notes are to be taken of the passes, which one member then does alone, else None."""
     status, geometry, h = work.status, bodies.geometry, constants.h
     if status[HUBS] > 0:
         take_bodies(bodies, work, member)
@@ -229,7 +232,7 @@ def respond(bodies, locked, constants, new, work, member):
     meet(member)
     if status[BOUNCES] and call_address(work.calls[BOUNCE], member.sync[DATA], 0, member.rank, member.size) != 0:
         raise RuntimeError("the bounces failed")
-    for _ in range(constants.substeps):
+    for substep in range(constants.substeps):
         for rows, blocks in ((plain, status[PLAIN]), (tumbling, status[TUMBLING])):
             first, stop = share(0, blocks, member)
             for block in range(first, stop):
@@ -239,6 +242,8 @@ def respond(bodies, locked, constants, new, work, member):
         start_contacts(locked, motion, inverse_mass, work, member)
         hand_out(motion, inverse_mass, drives, work, member)
         solve_contacts(False, locked, motion, inverse_mass, constants.soft, work, member)
+        if noted is not None:
+            note_pass(SOLVE, substep, motion, noted)
         first, stop = share(0, status[PLAIN], member)
         for block in range(first, stop):
             move(block, plain, motion, geometry, h)
@@ -252,6 +257,8 @@ def respond(bodies, locked, constants, new, work, member):
             meet(member)
         hand_out(motion, inverse_mass, drives, work, member)
         solve_contacts(True, locked, motion, inverse_mass, constants.soft, work, member)
+        if noted is not None:
+            note_pass(RELAX, substep, motion, noted)
     store_contacts(new, work, member)
     give_back(bodies, work, member)
 
@@ -280,25 +287,31 @@ def settle_bodies(bodies, work, lanes, member):
 
 
 @routine
-def take_part(arguments, rank, size, locked):
+def take_part(arguments, rank, size, locked, noted):
     """Do a thread's share of the response. ``locked`` are the rows of the bodies whose rotation is locked about some axis; None if no body
     has any locks, not even of its translation."""
     bodies, _, _, table_0, table_1, _, _, constants, work, sync, _, _ = arguments
     lanes, member = part_of(work.lanes, rank), member_of(sync, rank, size)
-    respond(bodies, locked, constants, table_1 if work.status[PARITY] == 0 else table_0, work, member)
+    respond(bodies, locked, constants, table_1 if work.status[PARITY] == 0 else table_0, work, member, noted)
     settle_bodies(bodies, work, lanes, member)
 
 
 @routine
 def response_part(arguments, task, rank, size):
     """The response of bodies without locks."""
-    take_part(arguments, rank, size, None)
+    take_part(arguments, rank, size, None, None)
 
 
 @routine
 def response_part_with_locks(arguments, task, rank, size):
     """The response if some body has locks."""
-    take_part(arguments, rank, size, arguments[8].locked)
+    take_part(arguments, rank, size, arguments[8].locked, None)
+
+
+@routine
+def response_part_with_notes(arguments, task, rank, size):
+    """The response if notes are to be taken, with locks or without."""
+    take_part(arguments, rank, size, arguments[8].locked, arguments[8])
 
 
 @kernel
@@ -317,3 +330,12 @@ def response_address_with_locks(
     """Address of the code of ``response_part_with_locks``."""
     arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync, contacts, kept)
     return address_call(response_part_with_locks, arguments)[0]
+
+
+@kernel
+def response_address_with_notes(
+    bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync, contacts, kept
+):  # fmt: skip
+    """Address of the code of ``response_part_with_notes``."""
+    arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync, contacts, kept)
+    return address_call(response_part_with_notes, arguments)[0]

@@ -13,7 +13,7 @@ from atlasphys.engine.fused.detection import (
     list_generic,
 )
 from atlasphys.engine.fused.generic import COLLIDE_GENERIC, LAY_OUT_GENERIC, TAKE_GENERIC
-from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks
+from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks, weight_first
 from atlasphys.engine.islands.sleep import list_active, list_awake, note_rest, put_to_sleep, wake_touched
 from atlasphys.engine.islands.split import MOST_CONTACTS, deal_contacts, find_hubs
 from atlasphys.engine.jit import kernel, routine
@@ -69,8 +69,10 @@ from atlasphys.engine.state.work import (
     SLEEPS,
     SLEPT,
     SOLVER,
+    SPLITS,
     STEP,
     TUMBLING,
+    WEIGHT_FIRST,
     WOKEN,
     WRONG,
 )
@@ -114,7 +116,7 @@ def arrange_contacts(bodies, count, new, work):
     work.used[:] = np.uint64(0)
     colour_contacts(ends, new.count, work.live, live, work.moves, work.used, work.colours, work.sizes)
     status[COLOURED] = block_ranges(work.sizes, work.starts)
-    if status[COLOURED] > MOST_CONTACTS:
+    if status[SPLITS] and status[COLOURED] > MOST_CONTACTS:
         status[HUBS], status[PARTS] = find_hubs(ends, work.live, live, work.moves, count, work.parent, work.hubs)
     if status[HUBS] > 0:
         if (
@@ -297,6 +299,8 @@ def run_steps(
                 list_bodies(bodies, count, work)
                 live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
         status[LIVE] = live
+        if status[WEIGHT_FIRST]:
+            weight_first(new.contact, constants.gravity, work.live, live, work.generic)
         missing = arrange_contacts(bodies, count, new, work)
         if missing != FINISHED:
             return missing

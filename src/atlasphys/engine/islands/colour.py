@@ -9,9 +9,11 @@ goes to the last colour, one contact a block: so do those that bodies keep whole
 import numpy as np
 
 from atlasphys.engine.jit import routine
+from atlasphys.engine.math import vec
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.bits import trailing_ones
 from atlasphys.engine.state.blocks import BODY_A, BODY_B, COUNT, MANIFOLD, MOVES_A, MOVES_B
+from atlasphys.engine.state.manifolds import NORMAL
 
 COLOURS = 64
 """Colours that several contacts share; one more, numbered COLOURS, takes those for which there is none, block by block."""
@@ -44,6 +46,29 @@ def colour_contacts(ends, count, live, number, moves, used, colours, sizes):
             used[row_b] |= bit
         colours[i] = colour
         sizes[1 if count[i] > 1 else 0, colour] += 1
+
+
+@routine
+def weight_first(contact, gravity, live, number, scratch):
+    """Move the contacts that carry weight, whose normal is within 45° of gravity's line, to the front of a list of manifolds; the order is kept
+    otherwise. ``scratch`` has as many entries as the list.
+
+    For solvers that begin each substep without impulses: the first of several contacts that could carry a body is the one that does. If the colours
+    of contacts side by side fall between those of contacts one above the other, all rows of a wall come to rest on the same side, and lean.
+    """
+    g = vec.length_squared(gravity)
+    first, rest = 0, 0
+    for s in range(number):
+        i = live[s]
+        along = vec.dot(vec.load_columns(contact, i, NORMAL), gravity)
+        if along * along >= type(g)(0.5) * g:
+            live[first] = i
+            first += 1
+        else:
+            scratch[rest] = i
+            rest += 1
+    for s in range(rest):
+        live[first + s] = scratch[s]
 
 
 @routine

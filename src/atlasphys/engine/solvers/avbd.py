@@ -43,6 +43,7 @@ from atlasphys.engine.solvers.sequential_impulse import (
     TARGET,
     set_targets,
 )
+from atlasphys.engine.solvers.sweep_trace import MOST_TRACED, note_multipliers, sweeps
 from atlasphys.engine.state.bodies import DYNAMIC
 from atlasphys.engine.state.manifolds import (
     DEPTH,
@@ -421,9 +422,9 @@ def report(manifolds, count, points, smoothing):
 def solve(
     bodies, body_count, colliders, manifolds, count, pairs, points, stiffness, first, entries, inertial, inertia, parent, free, sums,
     gravity, h, ratio, iterations, bias, beta, gamma, least_penalty, smoothing, fall, least_change, length_unit,
-    threshold, finest, tolerances,
+    threshold, finest, tolerances, motions, impulses,
 ):  # fmt: skip
-    """One step of length h for all bodies."""
+    """One step of length h for all bodies. Returns the number of sweeps; ``motions`` and ``impulses`` take notes of them as far as they have room."""
     motion = bodies.motion
     for i in range(count):
         pairs[i, 0], pairs[i, 1] = colliders.body[manifolds.a[i]], colliders.body[manifolds.b[i]]
@@ -439,6 +440,9 @@ def solve(
     for i in range(body_count):
         if bodies.kind[i] == DYNAMIC:
             most_mass += bodies.mass[i, 0]
+    if len(motions) > 0:
+        note_multipliers(motions, impulses, 0, motion, body_count, manifolds, count)
+    made = 0
     for s in range(BOUNCE_SWEEPS * iterations):
         change = h - h
         for j in range(
@@ -453,12 +457,16 @@ def solve(
         error = update_multipliers(
             motion, pairs, manifolds, count, points, stiffness, beta if s < iterations else h - h, fall, most_mass
         )
+        made = s + 1
+        if made < len(motions):
+            note_multipliers(motions, impulses, made, motion, body_count, manifolds, count)
         if error <= 1 and (s + 1 >= iterations or change <= least_change):
             break
     keep_momenta(bodies, body_count, inertial, inertia, parent, free, sums)
     report(manifolds, count, points, smoothing)
     integrate_positions(bodies, body_count, h)
     place_origins(bodies, body_count)
+    return made
 
 
 def advance(state: State, settings: AVBD, h: float) -> None:
@@ -466,10 +474,14 @@ def advance(state: State, settings: AVBD, h: float) -> None:
     real, environment, slop = state.real.type, state.environment, float(state.tolerances.slop)
     bodies, contacts = max(state.count, 1), max(state.next_count, 1)
     fall = h * math.sqrt(sum(g * g for g in environment.gravity))
-    solve(
+    points = np.empty((4 * contacts, CONSTRAINT_COLUMNS), state.real)
+    noted = 0 if state.trace is None else min(BOUNCE_SWEEPS * settings.iterations, MOST_TRACED) + 1
+    motions = np.empty((noted, state.count, 6), state.real)
+    impulses = np.empty((noted, 4 * contacts, 3), state.real)
+    made = solve(
         state.bodies, state.count, state.colliders, state.next_manifolds, state.next_count,
         np.empty((contacts, 2), np.int32),
-        np.empty((4 * contacts, CONSTRAINT_COLUMNS), state.real),
+        points,
         np.empty(contacts, state.real),
         np.empty(bodies + 2, np.int32),
         np.empty(2 * contacts, np.int32),
@@ -493,4 +505,9 @@ def advance(state: State, settings: AVBD, h: float) -> None:
         real(environment.restitution_threshold),
         real(FINEST[state.real.char]),
         state.tolerances,
+        motions,
+        impulses,
     )  # fmt: skip
+    if state.trace is not None:
+        noted = min(made + 1, noted)
+        state.trace += sweeps(state, motions[:noted], impulses[:noted], points[:, EFFECTIVE_MASS], points[:, TARGET])

@@ -63,7 +63,12 @@ class Sweep(NamedTuple):
     motion: npt.NDArray[Any]
     """(bodies, 6) velocities and angular velocities after it."""
     impulse: Doubles | None = None
-    """(n, 3) normal impulse and friction impulse along two tangents of each contact point since the step began [N s], if the solver notes them."""
+    """(n, 3) normal impulse and friction impulse along two tangents of each contact point [N s], if the solver notes them: since the
+    step began, or with substeps since the substep began."""
+    substep: int = 0
+    """Of the sweep, for solvers that have substeps."""
+    kind: str = "sweep"
+    """What the solver calls it."""
 
 
 def point_residuals(

@@ -468,6 +468,4 @@ def advance(state: State, settings: SequentialImpulse, h: float) -> None:
     )  # fmt: skip
     if state.trace is not None:
         noted = min(made + 1, noted)
-        state.trace += sweeps(
-            state, motions[:noted], impulses[:noted], pairs, points[:, NORMAL_MASS], points[:, TARGET]
-        )
+        state.trace += sweeps(state, motions[:noted], impulses[:noted], points[:, NORMAL_MASS], points[:, TARGET])

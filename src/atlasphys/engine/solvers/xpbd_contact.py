@@ -3,8 +3,6 @@
 The equations are in ``xpbd.py``, the layout of a block and its Jacobian in ``contact_block.py``.
 """
 
-from typing import Any
-
 from atlasphys.engine.simd import (
     absolute,
     any_lane,
@@ -130,9 +128,9 @@ def spot(points, locks, block, integers, blocks, motion, inverse_mass, drives, m
     """Mark the points that have an impact in this substep. Forces have acted, positions are not yet solved.
 
     They are left to ``solve_velocities``, as are those that part, for they may be pushed back by others.
-    ``bounce``: threshold [m/s], lengths of the substep and of the step [s], finest relative error.
+    ``bounce``: threshold [m/s], lengths of the step and of the substep [s], slop [m] (unused), finest relative error.
     """
-    threshold, h, step, _ = bounce
+    threshold, step, h, _, _ = bounce
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
     approach = Approach(pair, integers, block, blocks, drives, manifolds, h, step)
     for k, speed in enumerate(approach.speeds):
@@ -146,7 +144,7 @@ def spot(points, locks, block, integers, blocks, motion, inverse_mass, drives, m
 @simd_kernel
 def aim(points, locks, block, integers, blocks, motion, inverse_mass, drives, manifolds, bounce):
     """The speeds with which the impacts that ``spot`` marked are to end, where the bodies are now."""
-    _, h, step, finest = bounce
+    _, step, h, _, finest = bounce
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
     approach = Approach(pair, integers, block, blocks, drives, manifolds, h, step)
     e = approach.restitution
@@ -198,19 +196,16 @@ def renew(points, locks, block, integers, blocks, motion, inverse_mass):
 def solve_positions(points, locks, block, other, integers, blocks, motion, inverse_mass, numbers):
     """Push overlapping points apart, and bring anchors together where friction holds: in two blocks of a colour, or twice the same.
 
-    ``numbers``: inverse substep length [1/s]; compliance / h² [1/kg], None if there is none; greatest speed at which overlap is pushed out [m/s].
+    ``numbers``: inverse substep length [1/s]; compliance / h² [1/kg]; greatest speed at which overlap is pushed out [m/s].
     """
     block = beside(block, other)
     pair, fields = Pair(points, locks, block, integers, blocks, motion, inverse_mass), XpbdFields(points)
     inverse_h, compliance, fastest = numbers
-    wanted: list[Any] = []
-    scales: list[Any] | None = None if compliance is None else []
+    wanted, scales = [], []
     for k, (speed, gap) in enumerate(zip(pair.normal_velocities(), pair.gaps(blocks), strict=True)):
         rests, inverse = load(blocks, block, fields.bounce + k) == 0, load(blocks, block, fields.inverse + k)
-        wanted.append(-inverse * select(rests, speed + maximum(gap * inverse_h, -fastest), FAR))
-        if scales is not None:
-            scales.append(1 / (1 + compliance * inverse))
-            wanted[k] = wanted[k] * scales[k]
+        scales.append(1 / (1 + compliance * inverse))
+        wanted.append(-inverse * scales[k] * select(rests, speed + maximum(gap * inverse_h, -fastest), FAR))
     zero = full(wanted[0], 0)
     new = sweep_normal_impulses(
         fields, blocks, block, [zero] * points, wanted, scales, INNER_SWEEPS if points > 1 else 1
@@ -277,7 +272,7 @@ def solve_velocities(points, locks, block, other, integers, blocks, motion, inve
             off = (bounce != 0) & (absolute(excess[k]) > load(blocks, block, fields.allowed + k))
             wrong = wrong | (off & ((old[k] > 0) | (excess[k] < 0)))
         wanted.append(old[k] - load(blocks, block, fields.inverse + k) * excess[k])
-    new = sweep_normal_impulses(fields, blocks, block, old, wanted, None, 1)
+    new = sweep_normal_impulses(fields, blocks, block, old, wanted, None, INNER_SWEEPS if points > 1 else 1)
     pair.press([new[k] - old[k] for k in range(points)])
     for k in range(points):
         store(blocks, block, fields.impulse + k, new[k])

@@ -41,7 +41,10 @@ SLOTS = 29  # slots for contact points that the pairs for other routines need
 EDGE_LIMIT = 30  # see dispatch.EDGE_LIMITS
 HUBS, PARTS = 31, 32  # bodies that are split in the step, and their parts, see islands/split.py
 LAID_OUT = 33  # there is all that the pairs for other routines need
-ENTRIES = 34
+SPLITS = 34  # bodies with many contacts are split
+NOTED = 35  # notes taken of this step's sweeps
+WEIGHT_FIRST = 36  # contacts that carry weight are coloured before the others
+ENTRIES = 37
 
 # Entries of ``Work.calls``, after those of the routines for rarer pairs
 ROUTINES = 3  # number of these
@@ -197,6 +200,12 @@ class Work(NamedTuple):
     """(blocks, 8) see broadphase/fat_boxes.py."""
     lanes: Lanes
     """Each with an axis more, the first: a scratch for each thread."""
+    notes: npt.NDArray[np.int32]
+    """(N, 2) of each sweep that is noted what it was, see solvers/sweep_trace.py, and its substep. N is 0 unless a trace is asked for."""
+    noted_motion: npt.NDArray[np.floating]
+    """(N, n, 12) velocities after it, and motion since the step began."""
+    noted_impulses: npt.NDArray[np.floating]
+    """(N, 4 P, 3) impulses of each contact point: along the normal and two tangents."""
 
 
 def in_blocks(rows: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
