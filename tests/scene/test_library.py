@@ -62,6 +62,7 @@ SIZES = {
     "polyhedra": ({"copies": 1}, 8),
     "sphere_pit": ({"count": 10, "seed": 5}, 15),
     "card_house": ({"levels": 1}, 3),
+    "polygons": ({"distance": 0.5}, 2),
 }
 
 
