@@ -129,7 +129,9 @@ def read(notes: list[Note], shapes: tuple[str, str], radii: tuple[float, float])
             result = note
     assert result is not None
     verdict = VERDICTS[result["status"]]
-    common = GjkTrace(shapes=shapes, steps=tuple(steps), verdict=verdict, reason=REASONS[end], radii=radii, source_end=source_end)
+    common = GjkTrace(
+        shapes=shapes, steps=tuple(steps), verdict=verdict, reason=REASONS[end], radii=radii, source_end=source_end
+    )
     if verdict != "separated":
         return common
     answer = next(note for note in found if note.kind == "core.result")

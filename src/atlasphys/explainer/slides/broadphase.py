@@ -25,30 +25,44 @@ def slides(pair: Pair, trace: BroadphaseTrace) -> list[Slide]:
     assert trace.upper is not None
     marks: list[Mark] = []
     text = paragraph(
-        f"A world of {trace.bodies} bodies has {trace.bodies * (trace.bodies - 1) // 2} pairs, and most are far apart. <b>Which pairs are worth a closer look?</b>"
+        f"A world of {trace.bodies} bodies has {trace.bodies * (trace.bodies - 1) // 2} pairs, and most are far apart. <b>Which",
+        "pairs are worth a closer look?</b>",
     )
     text += paragraph(f"Each body is put in a box along the axes, its bounds. The method here is “{trace.method}”.")
-    for name, row, low, high in zip(trace.names, trace.pair, trace.lower.astype(np.float64), trace.upper.astype(np.float64), strict=True):
+    for name, row, low, high in zip(
+        trace.names, trace.pair, trace.lower.astype(np.float64), trace.upper.astype(np.float64), strict=True
+    ):
         ink: Colour = A if row == pair.rows[0] else B
         if (low < high).any():
             text += paragraph(f"{coloured(name, ink)}:") + display("from", low, "to", high)
-            marks += [Lines(box(low - pair.position[0], high - pair.position[0]), ink, 2.5), Label(name, high - pair.position[0], ink)]
+            marks += [
+                Lines(box(low - pair.position[0], high - pair.position[0]), ink, 2.5),
+                Label(name, high - pair.position[0], ink),
+            ]
         else:
             text += paragraph(f"{coloured(name, ink)} is a plane, without bounds.")
     found = [Slide(title="The question", text=text, shapes=tuple(marks))]
     for test in trace.verdict:
-        words = SAID.get(test.answer, f"The bounds are {test.answer}: one ends before the other begins, and the shapes cannot touch.")
-        found.append(Slide(title=test.answer.capitalize(), text=paragraph(words), source=test.source, shapes=tuple(marks)))
+        words = SAID.get(
+            test.answer, f"The bounds are {test.answer}: one ends before the other begins, and the shapes cannot touch."
+        )
+        found.append(
+            Slide(title=test.answer.capitalize(), text=paragraph(words), source=test.source, shapes=tuple(marks))
+        )
     text = paragraph(f"<b>The pair {'goes on to the narrow phase' if trace.survives else 'ends here'}.</b>")
     if trace.survivors is not None:
-        text += paragraph(f"Of all pairs {len({(t.a, t.b) for t in trace.tests})} were looked at; {len(trace.survivors)} survive.")
+        text += paragraph(
+            f"Of all pairs {len({(t.a, t.b) for t in trace.tests})} were looked at; {len(trace.survivors)} survive."
+        )
     source = trace.verdict[-1].source if trace.verdict else ""
     return [*found, Slide(title="Verdict", text=text, source=source, shapes=tuple(marks))]
 
 
 def box(low: Floats, high: Floats) -> Floats:
     """Edges of a box along the axes."""
-    corners = np.array([[(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    corners = np.array(
+        [[(low, high)[i][0], (low, high)[j][1], (low, high)[k][2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    )
     hull = hull_of(corners)
     edges: Floats = hull.vertices[hull.edges]
     return edges

@@ -7,13 +7,32 @@ import numpy as np
 from atlasphys.explainer.clip import ClipTrace
 from atlasphys.explainer.events import Points, length
 from atlasphys.explainer.slides.figure import (
-    CLOSEST, DROPPED, NEW, SIMPLEX, A, Arrows, B, Colour, Dots, Label, Lines, Mark, Marks, Solid, ring, segment, square,
+    CLOSEST,
+    DROPPED,
+    NEW,
+    SIMPLEX,
+    A,
+    Arrows,
+    B,
+    Colour,
+    Dots,
+    Label,
+    Lines,
+    Mark,
+    Marks,
+    Solid,
+    ring,
+    segment,
+    square,
 )  # fmt: skip
 from atlasphys.explainer.slides.mathml import display, formula
 from atlasphys.explainer.slides.slide import Slide, coloured, paragraph
 from atlasphys.explainer.slides.solids import Pair, hull_of
 
 CAPTION = "the features alone, seen along the normal and enlarged"
+
+
+KEPT = {True: "kept", False: "dropped: farther than the margin"}
 
 
 class Flat:
@@ -40,7 +59,7 @@ def polygon(points: Points, colour: Colour, opacity: float = 0.3, width: float =
     """A feature: a face, an edge or a point."""
     if len(points) == 0:
         return ()
-    marks: list[Mark] = [Dots(points.astype(np.float64), colour, 0.8)]
+    marks: list[Mark] = [Dots(points, colour, 0.8)]
     if len(points) > 1:
         marks.append(Lines(ring(points), colour, width))
     if len(points) > 2:
@@ -67,15 +86,19 @@ def slides(pair: Pair, trace: ClipTrace) -> list[Slide]:
         Slide(
             title="The question",
             text=paragraph(
-                "The shapes touch along a normal. A box that rests on a box needs more than one point of contact, or it would tip. <b>Where do the two",
+                "The shapes touch along a normal. A box that rests on a box needs more than one point of contact, or it would",
+                "tip. <b>Where do the two",
                 "surfaces face each other?</b>",
             )
             + display("n =", trace.normal)
-            + paragraph(f"Along it, {coloured(named(a) + ' of A', A)} and {coloured(named(b) + ' of B', B)} face each other."),
+            + paragraph(
+                f"Along it, {coloured(named(a) + ' of A', A)} and {coloured(named(b) + ' of B', B)} face each other."
+            ),
             source=trace.source_features,
             shapes=(*both, Arrows(segment(a.mean(axis=0), a.mean(axis=0) + 0.5 * pair.size * trace.normal), NEW)),
             beside=flat_both,
-            caption=CAPTION, faces_viewer=True,
+            caption=CAPTION,
+            faces_viewer=True,
             opacity=0.25,
         )
     ]
@@ -86,15 +109,18 @@ def slides(pair: Pair, trace: ClipTrace) -> list[Slide]:
             Slide(
                 title="Reference and incident",
                 text=paragraph(
-                    f"The face of {coloured(trace.reference.upper(), ink)} is the more nearly at right angles to the normal: it is the <b>reference face</b>.",
-                    f"What faces it of {coloured(other, other_ink)} is <b>incident</b>, and is cut to the outline of the reference, one side after the other.",
+                    f"The face of {coloured(trace.reference.upper(), ink)} is the more nearly at right angles to the normal: it",
+                    "is the <b>reference face</b>.",
+                    f"What faces it of {coloured(other, other_ink)} is <b>incident</b>, and is cut to the outline of the",
+                    "reference, one side after the other.",
                 )
                 + paragraph("The normal of the contact is that of the reference face:")
                 + display("n =", trace.reference_normal),
                 source=trace.source_face,
                 shapes=(*polygon(reference, ink, 0.7, 5.0), *polygon(incident, other_ink)),
                 beside=(*polygon(flat(reference), ink, 0.4, 5.0), *polygon(flat(incident), other_ink, 0.15)),
-                caption=CAPTION, faces_viewer=True,
+                caption=CAPTION,
+                faces_viewer=True,
                 opacity=0.25,
             )
         )
@@ -108,25 +134,31 @@ def _cuts(pair: Pair, trace: ClipTrace, flat: Flat, reference: Points, ink: Colo
         outward = cut.outward.astype(np.float64)
         height = (cut.before.astype(np.float64) - cut.corner) @ outward
         beyond = int((height > 0).sum())
-        text = paragraph(f"Side {i} of the reference face is a plane, {formula('p')} a point of it and {formula('m')} its normal, away from the face:")
+        text = paragraph(
+            f"Side {i} of the reference face is a plane, {formula('p')} a point of it and {formula('m')} its normal, away from the face:"
+        )
         text += display("p =", cut.corner) + display("m =", outward)
         text += paragraph(f"Beyond it, {formula('(x − p) · m > 0')}, lie {beyond} of {len(cut.before)} points.")
         if beyond:
-            text += paragraph(f"They are {coloured('cut off', DROPPED)}; where an edge crosses the plane there is a new corner. {len(cut.after)} points are left.")
+            text += paragraph(
+                f"They are {coloured('cut off', DROPPED)}; where an edge crosses the plane there is a new corner. {len(cut.after)} points are left."
+            )
         else:
             text += paragraph("Nothing is cut off.")
-        wall = square(cut.corner, outward, 0.4 * pair.size)
-        side = cut.corner + pair.size * np.cross(outward, trace.reference_normal) * np.array([[-1.0], [1.0]])
+        start, end = (corner.astype(np.float64) for corner in (cut.corner, trace.cuts[i % len(trace.cuts)].corner))
+        wall = square((start + end) / 2, outward, max(0.5 * float(np.linalg.norm(end - start)), 0.2 * pair.size))
+        side = np.array([start - 0.12 * (end - start), end + 0.12 * (end - start)])
         gone = cut.before[height > 0]
         found.append(
             Slide(
                 title=f"Cut {i} of {len(trace.cuts)}",
                 text=text,
                 source=cut.source,
+                needle="_cut(",
                 shapes=(
                     *polygon(reference, ink, 0.2, 2.0),
                     *polygon(cut.after, SIMPLEX, 0.6, 4.0),
-                    Dots(gone.astype(np.float64), DROPPED),
+                    Dots(gone, DROPPED),
                     Lines(ring(wall), NEW, 2.0),
                 ),
                 beside=(
@@ -136,20 +168,23 @@ def _cuts(pair: Pair, trace: ClipTrace, flat: Flat, reference: Points, ink: Colo
                     Dots(flat(gone), DROPPED),
                     Lines(flat(side)[None], NEW, 3.0),
                 ),
-                caption=CAPTION, faces_viewer=True,
+                caption=CAPTION,
+                faces_viewer=True,
                 opacity=0.25,
             )
         )
     if trace.clipped is not None and trace.depths is not None and trace.kept is not None:
         rows = "".join(
-            f"<tr><td>{i}</td><td>{length(abs(depth))} {'deep' if depth >= 0 else 'apart'}</td><td>{'kept' if kept else 'dropped: farther than the margin'}</td></tr>"
+            f"<tr><td>{i}</td><td>{length(abs(depth))} {'deep' if depth >= 0 else 'apart'}</td><td>{KEPT[bool(kept)]}</td></tr>"
             for i, (depth, kept) in enumerate(zip(trace.depths, trace.kept, strict=True), 1)
         )
         kept, dropped = trace.clipped[trace.kept].astype(np.float64), trace.clipped[~trace.kept].astype(np.float64)
         found.append(
             Slide(
                 title="How deep is what is left?",
-                text=paragraph("Each corner that is left is measured against the plane of the reference face. Those below it, or hardly above, touch:")
+                text=paragraph(
+                    "Each corner that is left is measured against the plane of the reference face. Those below it, or hardly above, touch:"
+                )
                 + f'<table style="width:100%"><tbody>{rows}</tbody></table>',
                 source=trace.source_depth,
                 shapes=(*polygon(reference, ink, 0.2, 2.0), Dots(kept, NEW, 1.3), Dots(dropped, DROPPED)),
@@ -159,7 +194,8 @@ def _cuts(pair: Pair, trace: ClipTrace, flat: Flat, reference: Points, ink: Colo
                     Dots(flat(dropped), DROPPED),
                     *(Label(str(i), place) for i, place in enumerate(flat(trace.clipped), 1)),
                 ),
-                caption=CAPTION, faces_viewer=True,
+                caption=CAPTION,
+                faces_viewer=True,
                 opacity=0.25,
             )
         )
@@ -170,8 +206,16 @@ def _points(trace: ClipTrace, flat: Flat, both: Marks, flat_both: Marks) -> Slid
     assert trace.points is not None
     assert trace.point_depths is not None
     points = trace.points.astype(np.float64)
-    text = "" if trace.reference else paragraph("No face parts the two as well as the normal does: contact is where edges run side by side, else at one point.")
-    text += paragraph(f"<b>{len(points)} contact point{'s' if len(points) != 1 else ''}</b>, midway between the two surfaces:")
+    text = (
+        ""
+        if trace.reference
+        else paragraph(
+            "No face parts the two as well as the normal does: contact is where edges run side by side, else at one point."
+        )
+    )
+    text += paragraph(
+        f"<b>{len(points)} contact point{'s' if len(points) != 1 else ''}</b>, midway between the two surfaces:"
+    )
     for point, depth in zip(points, trace.point_depths, strict=True):
         text += display("x =", point, ", depth", float(depth))
     return Slide(
@@ -180,6 +224,7 @@ def _points(trace: ClipTrace, flat: Flat, both: Marks, flat_both: Marks) -> Slid
         source=trace.source_point,
         shapes=(*both, Dots(points, CLOSEST, 1.4)),
         beside=(*flat_both, Dots(flat(points), CLOSEST, 1.4)),
-        caption=CAPTION, faces_viewer=True,
+        caption=CAPTION,
+        faces_viewer=True,
         opacity=0.25,
     )

@@ -43,7 +43,7 @@ class Solid:
 class Lines:
     """Line segments."""
 
-    points: npt.NDArray[np.float64]
+    points: npt.NDArray[np.floating]
     """(n, 2, 3) their ends."""
     colour: Colour
     width: float = 2.5
@@ -54,7 +54,7 @@ class Lines:
 class Arrows:
     """Arrows."""
 
-    points: npt.NDArray[np.float64]
+    points: npt.NDArray[np.floating]
     """(n, 2, 3) tails and heads."""
     colour: Colour
 
@@ -63,7 +63,7 @@ class Arrows:
 class Dots:
     """Points."""
 
-    points: npt.NDArray[np.float64]
+    points: npt.NDArray[np.floating]
     """(n, 3)"""
     colour: Colour
     size: float = 1.0
@@ -75,7 +75,7 @@ class Label:
     """A word at a place."""
 
     text: str
-    at: npt.NDArray[np.float64]
+    at: npt.NDArray[np.floating]
     """(3,)"""
     colour: Colour = ORIGIN
     below: bool = False

@@ -5,10 +5,27 @@ from __future__ import annotations
 import numpy as np
 
 from atlasphys.explainer.events import Vector, length, number
+from atlasphys.explainer.gjk import REASONS, GjkTrace, Step
 from atlasphys.explainer.gjk import SIMPLEX as NAMES
-from atlasphys.explainer.gjk import GjkTrace, Step
 from atlasphys.explainer.slides.figure import (
-    CLOSEST, DIFFERENCE, DROPPED, NEW, ORIGIN, SIMPLEX, A, Arrows, B, Dots, Label, Lines, Mark, Marks, Solid, ring, segment, square,
+    CLOSEST,
+    DIFFERENCE,
+    DROPPED,
+    NEW,
+    ORIGIN,
+    SIMPLEX,
+    A,
+    Arrows,
+    B,
+    Dots,
+    Label,
+    Lines,
+    Mark,
+    Marks,
+    Solid,
+    ring,
+    segment,
+    square,
 )  # fmt: skip
 from atlasphys.explainer.slides.mathml import Markup, display, formula, fraction, norm
 from atlasphys.explainer.slides.slide import Slide, coloured, paragraph
@@ -29,14 +46,14 @@ def simplex_marks(points: Vector, *, numbered: bool = True) -> Marks:
     """A simplex: its points, edges and faces."""
     if len(points) == 0:
         return ()
-    marks: list[Mark] = [Dots(np.asarray(points, np.float64), SIMPLEX)]
+    marks: list[Mark] = [Dots(points, SIMPLEX)]
     if len(points) > 1:
         pairs = [(points[i], points[j]) for i in range(len(points)) for j in range(i)]
         marks.append(Lines(np.array(pairs, np.float64), SIMPLEX, 3.5))
     if len(points) > 2:
         marks.append(Solid(hull_of(points), SIMPLEX, 0.3, outlined=False))
     if numbered:
-        marks += [Label(f"w{i}", np.asarray(point, np.float64), SIMPLEX) for i, point in enumerate(points, 1)]
+        marks += [Label(f"w{i}", point, SIMPLEX) for i, point in enumerate(points, 1)]
     return tuple(marks)
 
 
@@ -53,7 +70,8 @@ def introduction(pair: Pair, trace: GjkTrace) -> Slide:
     if pair.is_flat:
         plane = paragraph(
             "These two are prisms whose ends nobody reaches, so all that happens lies in the plane of their outlines:",
-            "this is GJK for polygons, run by the engine's code for space.",
+            "this is GJK for polygons, run by the engine's code for space. (Points of A and of B have a third coordinate, that of the end of the",
+            "prism on which they lie; in their difference it cancels.)",
         )
     return Slide(
         title="The question",
@@ -63,7 +81,8 @@ def introduction(pair: Pair, trace: GjkTrace) -> Slide:
         )
         + paragraph(
             f"So collect the differences {formula('a − b')} of <i>all</i> points: the {coloured('Minkowski difference A − B', DIFFERENCE)}, on the",
-            "right. <b>A and B touch exactly if A − B contains the origin</b>, the black dot. If it does not, the point of A − B nearest to the origin",
+            "right. <b>A and B touch exactly if A − B contains the origin</b>, the black dot. If it does not, the point of A −",
+            "B nearest to the origin",
             "tells how far apart the two are. Drag a shape, and A − B slides over the origin.",
         )
         + paragraph(
@@ -91,7 +110,9 @@ def asked(pair: Pair, trace: GjkTrace, number_: int, step: Step) -> Slide:
     along = float(step.point @ unit)
     from_where = -d
     if number_ == 1:
-        why = paragraph("Nothing is known yet. Begin with some direction, here from A towards B:", formula("d =", d), ".")
+        why = paragraph(
+            "Nothing is known yet. Begin with some direction, here from A towards B:", formula("d =", d), "."
+        )
     else:
         why = paragraph(
             f"The {NAMES[len(step.before)]} comes nearest to the origin at {coloured('c', CLOSEST)}. Look from there towards the origin:"
@@ -115,9 +136,11 @@ def asked(pair: Pair, trace: GjkTrace, number_: int, step: Step) -> Slide:
     marks: list[Mark] = [
         *difference_marks(pair),
         *simplex_marks(step.before),
-        Dots(step.point[None].astype(np.float64), NEW, 1.3),
-        Label("w", step.point.astype(np.float64), NEW),
-        Arrows(segment(from_where, from_where + unit * max(min(float(np.linalg.norm(d)), 2 * reach), 0.5 * reach)), NEW),
+        Dots(step.point[None], NEW, 1.3),
+        Label("w", step.point, NEW),
+        Arrows(
+            segment(from_where, from_where + unit * max(min(float(np.linalg.norm(d)), 2 * reach), 0.5 * reach)), NEW
+        ),
         Lines(ring(square(step.point, d, reach)), NEW, 2.0),
     ]
     if number_ > 1:
@@ -129,11 +152,16 @@ def asked(pair: Pair, trace: GjkTrace, number_: int, step: Step) -> Slide:
         source=step.source,
         needle="difference_support(",
         shapes=(
-            Dots(step.support_a[None].astype(np.float64), NEW, 1.3),
-            Dots(step.support_b[None].astype(np.float64), NEW, 1.3),
-            Arrows(np.array([[step.support_a, step.support_a + reach * unit], [step.support_b, step.support_b - reach * unit]]), NEW),
-            Label("on A", step.support_a.astype(np.float64), NEW),
-            Label("on B", step.support_b.astype(np.float64), NEW),
+            Dots(step.support_a[None], NEW, 1.3),
+            Dots(step.support_b[None], NEW, 1.3),
+            Arrows(
+                np.array(
+                    [[step.support_a, step.support_a + reach * unit], [step.support_b, step.support_b - reach * unit]]
+                ),
+                NEW,
+            ),
+            Label("on A", step.support_a, NEW),
+            Label("on B", step.support_b, NEW),
         ),
         beside=tuple(marks),
         caption=CAPTION,
@@ -150,22 +178,27 @@ def taken_in(pair: Pair, number_: int, step: Step) -> Slide:
     for i, weight in enumerate(weights, 1):
         total += ["+" if total else "", float(weight), f"w_{i}"]
     text = paragraph(
-        f"The {coloured('simplex', SIMPLEX)} takes {coloured('w', NEW)} in: {len(tried)} point{'s' if len(tried) > 1 else ''}. Which part of it is nearest to the origin?"
+        f"The {coloured('simplex', SIMPLEX)} takes {coloured('w', NEW)} in: {len(tried)} point{'s' if len(tried) > 1 else ''}.",
+        "Which part of it is nearest to the origin?",
     )
     text += paragraph(f"<b>{step.case[0].upper()}{step.case[1:]}</b>.")
     if len(dropped):
         text += paragraph(
             f"What is {coloured('dropped', DROPPED)} has no part in the nearest point; were it needed again, it would be found again."
         )
-    text += paragraph(f"Nearest to the origin is {coloured('c', CLOSEST)}, the points weighed by numbers that are positive and add up to one:")
+    text += paragraph(
+        f"Nearest to the origin is {coloured('c', CLOSEST)}, the points weighed by numbers that are positive and add up to one:"
+    )
     text += display("c =", *total) + display("c =", step.closest)
     text += display(norm("c"), "=", Markup(f"<mtext>{length(step.distance)}</mtext>"))
     if len(step.simplex) == 4:
         text += paragraph("<b>The origin is inside the tetrahedron, and so inside A − B: A and B overlap.</b>")
-    elif step.distance == 0 or len(step.simplex) == 3 and pair.is_flat and step.distance < 1e-6 * pair.size:
+    elif step.distance == 0 or (len(step.simplex) == 3 and pair.is_flat and step.distance < 1e-6 * pair.size):
         text += paragraph("<b>The simplex contains the origin, and so does A − B: A and B touch or overlap.</b>")
     else:
-        text += paragraph(f"It does not contain the origin yet. So A and B are at most {length(step.distance)} apart. Next, ask towards the origin.")
+        text += paragraph(
+            f"It does not contain the origin yet. So A and B are at most {length(step.distance)} apart. Next, ask towards the origin."
+        )
     c = step.closest.astype(np.float64)
     return Slide(
         title=f"Step {number_}: the simplex is a {NAMES[len(step.simplex)]}",
@@ -175,7 +208,7 @@ def taken_in(pair: Pair, number_: int, step: Step) -> Slide:
         beside=(
             *difference_marks(pair),
             *simplex_marks(step.simplex),
-            Dots(dropped.astype(np.float64), DROPPED),
+            Dots(dropped, DROPPED),
             Lines(segment(c, np.zeros(3)), CLOSEST, 2.0),
             Dots(c[None], CLOSEST),
             *(() if len(step.simplex) == 1 else (Label("c", c, CLOSEST),)),
@@ -188,13 +221,22 @@ def verdict(pair: Pair, trace: GjkTrace) -> Slide:
     """What GJK found."""
     last = trace.steps[-1]
     what = "cores" if any(trace.radii) else "shapes"
-    text = paragraph(f"<b>The {what} are {trace.verdict}</b>: {trace.reason}.")
+    answer = "touching or overlapping" if pair.is_flat and trace.normal is None else trace.verdict
+    text = paragraph(f"<b>The {what} are {answer}</b>: {trace.reason}.")
     shapes: tuple[Mark, ...] = ()
     beside = [*difference_marks(pair), *simplex_marks(last.simplex)]
     if trace.normal is not None and trace.on_a is not None and trace.on_b is not None:
-        text += paragraph(f"Distance {length(trace.distance)}, along the unit normal from A to B")
+        is_bound = trace.reason == REASONS["beyond limit"]
+        text += paragraph(
+            f"Distance {'at least ' if is_bound else ''}{length(trace.distance)}, along the unit normal from A to B"
+        )
         text += display("n =", trace.normal)
-        text += paragraph("between the two points that are nearest to each other,")
+        if is_bound:
+            text += paragraph(
+                "That is more than a contact needs, so the engine looks no further. The nearest points that it had by then:"
+            )
+        else:
+            text += paragraph("between the two points that are nearest to each other,")
         text += display("a =", trace.on_a) + display("b =", trace.on_b)
         if any(trace.radii):
             gap = trace.distance - sum(trace.radii)
@@ -209,14 +251,24 @@ def verdict(pair: Pair, trace: GjkTrace) -> Slide:
         beside += [Lines(segment(nearest, np.zeros(3)), CLOSEST, 3.0), Dots(nearest[None], CLOSEST, 1.2)]
         text += paragraph("A − B never held the origin: no simplex could be closed around it.")
     else:
-        text += paragraph("The simplex holds the origin, so A − B does: some point of A is also one of B. How deep they are in each other GJK cannot tell; EPA can.")
+        text += paragraph(
+            "The simplex holds the origin, so A − B does: some point of A is also one of B. How deep they are in each other GJK cannot tell; EPA can."
+        )
         if pair.is_flat:
             text += paragraph(
-                "In the plane three points are enough to go around the origin: the triangle is the proof. The engine's code for space calls the origin",
+                "In the plane three points are enough to go around the origin: the triangle is the proof. The engine's code for",
+                "space calls the origin",
                 "“on the simplex”, which is flat there, and would ask for a fourth point off the plane to measure depth.",
             )
     text += paragraph(f"It took {len(trace.steps)} support point{'s' if len(trace.steps) > 1 else ''}.")
-    return Slide(title=f"Verdict: {trace.verdict}", text=text, source=trace.source_end or last.source, shapes=shapes, beside=tuple(beside), caption=CAPTION)
+    return Slide(
+        title=f"Verdict: {answer}",
+        text=text,
+        source=trace.source_end or last.source,
+        shapes=shapes,
+        beside=tuple(beside),
+        caption=CAPTION,
+    )
 
 
 def slides(pair: Pair, trace: GjkTrace) -> list[Slide]:

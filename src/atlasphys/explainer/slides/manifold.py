@@ -51,7 +51,16 @@ def slides(pair: Pair, trace: ManifoldTrace) -> list[Slide]:
 
     def slide(title: str, text: str, source: str, kept: list[int], newest: int | None = None) -> Slide:
         shapes, beside = marks(kept, newest)
-        return Slide(title=title, text=text, source=source, shapes=shapes, beside=beside, caption=CAPTION, faces_viewer=True, opacity=0.25)
+        return Slide(
+            title=title,
+            text=text,
+            source=source,
+            shapes=shapes,
+            beside=beside,
+            caption=CAPTION,
+            faces_viewer=True,
+            opacity=0.25,
+        )
 
     depths = ", ".join(length(depth) for depth in trace.depths)
     text = paragraph(f"The pair has {count} contact point{'s' if count > 1 else ''}, depths {depths}.")
@@ -63,7 +72,13 @@ def slides(pair: Pair, trace: ManifoldTrace) -> list[Slide]:
     found = [slide("The question", text, "", list(range(count)) if count <= 4 else [])]
     kept: list[int] = []
     for entry in trace.reduction:
-        value = entry.value if entry.why == "deepest" else math.sqrt(entry.value) if entry.why == "farthest" else abs(entry.value)
+        value = (
+            entry.value
+            if entry.why == "deepest"
+            else math.sqrt(entry.value)
+            if entry.why == "farthest"
+            else abs(entry.value)
+        )
         words = paragraph(f"{coloured(f'Point {entry.index + 1}', NEW)} is kept. {WHY[entry.why]}")
         words += display({"deepest": "depth =", "farthest": "distance ="}.get(entry.why, "2 · area ="), float(value))
         kept.append(entry.index)
@@ -72,20 +87,34 @@ def slides(pair: Pair, trace: ManifoldTrace) -> list[Slide]:
     for match in trace.matches:
         if match.old >= 0:
             words = paragraph(
-                f"{coloured(f'Point {match.point + 1}', NEW)} is old point {match.old + 1}, found by {match.by}: as seen from one of the two bodies it has",
+                f"{coloured(f'Point {match.point + 1}', NEW)} is old point {match.old + 1}, found by {match.by}: as seen from",
+                "one of the two bodies it has",
                 f"moved by {length(match.distance)} only.",
             )
         else:
-            words = paragraph(f"{coloured(f'Point {match.point + 1}', NEW)}: no old point by {match.by} is near enough.")
+            words = paragraph(
+                f"{coloured(f'Point {match.point + 1}', NEW)}: no old point by {match.by} is near enough."
+            )
         newest = final[match.point] if match.point < len(final) else None
         found.append(slide(f"Match point {match.point + 1} by {match.by}", words, match.source, final, newest))
     if not trace.old_points:
         words = paragraph("The pair had no contact in the step before: all impulses begin at zero.")
     else:
-        words = paragraph(f"The pair had {trace.old_points} points. Each point goes on from the normal impulse of the one that it is:")
+        words = paragraph(
+            f"The pair had {trace.old_points} points. Each point goes on from the normal impulse of the one that it is:"
+        )
         for i, (old, impulse) in enumerate(zip(trace.origin, trace.impulses, strict=True), 1):
-            words += paragraph(f"point {i}: {f'old point {old + 1}' if old >= 0 else 'new'},", formula(f"λ_{i} =", float(impulse)), "N s")
-    end = slide(f"Verdict: {len(final)} point{'s' if len(final) > 1 else ''}", words, trace.matches[-1].source if trace.matches else "", final)
+            words += paragraph(
+                f"point {i}: {f'old point {old + 1}' if old >= 0 else 'new'},",
+                formula(f"λ_{i} =", float(impulse)),
+                "N s",
+            )
+    end = slide(
+        f"Verdict: {len(final)} point{'s' if len(final) > 1 else ''}",
+        words,
+        trace.matches[-1].source if trace.matches else "",
+        final,
+    )
     arrows = impulse_arrows(pair, points[final], normal, trace.impulses)
     return [*found, Slide(**{**vars(end), "shapes": (*end.shapes, *arrows)})]
 

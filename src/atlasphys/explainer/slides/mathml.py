@@ -69,7 +69,7 @@ def _token(letters: str | None, below: str | None, digits: str | None, operator:
 def _number(value: float) -> str:
     """A number as in a story; a large or small one with a power of ten."""
     digits, _, power = number(value).partition("e")
-    sign, digits = ("<mo form=\"prefix\">−</mo>", digits[1:]) if digits.startswith("-") else ("", digits)
+    sign, digits = ('<mo form="prefix">−</mo>', digits[1:]) if digits.startswith("-") else ("", digits)
     if not power:
         return f"{sign}<mn>{digits}</mn>"
     exponent = str(int(power)).replace("-", "−")

@@ -7,7 +7,19 @@ import numpy as np
 from atlasphys.explainer.events import length
 from atlasphys.explainer.sat import Axis, SatTrace
 from atlasphys.explainer.slides.figure import (
-    CLOSEST, NEW, A, Arrows, B, Colour, Dots, Label, Lines, Mark, ring, segment, square,
+    CLOSEST,
+    NEW,
+    A,
+    Arrows,
+    B,
+    Colour,
+    Dots,
+    Label,
+    Lines,
+    Mark,
+    ring,
+    segment,
+    square,
 )  # fmt: skip
 from atlasphys.explainer.slides.gjk import difference_marks
 from atlasphys.explainer.slides.mathml import display, formula
@@ -66,7 +78,8 @@ def introduction(pair: Pair) -> Slide:
         title="The question",
         text=paragraph(f"Is there a direction along which {coloured('A', A)} ends before {coloured('B', B)} begins?")
         + paragraph(
-            "If two convex shapes are apart, some plane separates them. Seen along that plane's normal, the <b>separating axis</b>, their shadows do not",
+            "If two convex shapes are apart, some plane separates them. Seen along that plane's normal, the <b>separating",
+            "axis</b>, their shadows do not",
             "overlap. If the shadows overlap along every axis, the shapes do, and the axis where they overlap least is the shortest way out.",
         )
         + paragraph(
@@ -84,16 +97,22 @@ def tried(pair: Pair, trace: SatTrace, index: int) -> Slide:
     n = axis.axis.astype(np.float64)
     gap = axis.b_from - axis.a_to
     text = paragraph(f"The {whose(axis)}:") + display("n =", n)
-    text += display(f"max(n · a) =", axis.a_to) + display("min(n · b) =", axis.b_from)
+    text += display("max(n · a) =", axis.a_to) + display("min(n · b) =", axis.b_from)
     text += display("min(n · b) − max(n · a) =", gap)
     if gap > 0:
-        text += paragraph(f"<b>{coloured('A', A)} ends {length(gap)} before {coloured('B', B)} begins: this axis separates them.</b>")
+        text += paragraph(
+            f"<b>{coloured('A', A)} ends {length(gap)} before {coloured('B', B)} begins: this axis separates them.</b>"
+        )
     else:
-        text += paragraph(f"{coloured('A', A)} ends after {coloured('B', B)} has begun: they overlap by {length(-gap)} along this axis.")
+        text += paragraph(
+            f"{coloured('A', A)} ends after {coloured('B', B)} has begun: they overlap by {length(-gap)} along this axis."
+        )
     if axis.taken:
         text += paragraph("<b>The best so far</b> (★): no axis before separates them more or has less overlap.")
     else:
-        text += paragraph("An axis before is better, or as good and preferred: a face before edges, and A's before B's.")
+        text += paragraph(
+            "An axis before is better, or as good and preferred: a face before edges, and A's before B's."
+        )
     if abs(axis.distance - gap) > 1e-5 * pair.size:
         text += paragraph("(The test itself stopped as soon as it could tell that this axis is worse.)")
     text += diagram(pair, trace.axes[: index + 1])
@@ -133,7 +152,11 @@ def projections(pair: Pair, axis: Axis) -> tuple[Mark, ...]:
         return place
 
     ends = [value for which in (0, 1) for value in interval(pair, which, axis)]
-    sides = [pair.core(which)[(pair.core(which) @ n).argmin() if end == 0 else (pair.core(which) @ n).argmax()] for which in (0, 1) for end in (0, 1)]
+    sides = [
+        pair.core(which)[(pair.core(which) @ n).argmin() if end == 0 else (pair.core(which) @ n).argmax()]
+        for which in (0, 1)
+        for end in (0, 1)
+    ]
     return (
         Arrows(segment(at(low), at(high)), NEW),
         Lines(np.array([(at(a[0]) - shift, at(a[1]) - shift)]), A, 8.0),
@@ -149,13 +172,25 @@ def verdict(pair: Pair, trace: SatTrace) -> Slide:
     assert trace.on_b is not None
     n = trace.normal.astype(np.float64)
     word = "apart" if trace.distance > 0 else "overlapping"
-    text = paragraph(f"{len(trace.axes)} axes were tried.", f"{trace.parallel} pairs of edges were left out as parallel." if trace.parallel else "")
-    text += paragraph(f"<b>The two are {word}, by {length(abs(trace.distance))}</b> along the best axis") + display("n =", n)
-    text += paragraph("Points of contact, or nearest to each other:") + display("a =", trace.on_a) + display("b =", trace.on_b)
+    text = paragraph(
+        f"{len(trace.axes)} axes were tried.",
+        f"{trace.parallel} pairs of edges were left out as parallel." if trace.parallel else "",
+    )
+    text += paragraph(f"<b>The two are {word}, by {length(abs(trace.distance))}</b> along the best axis") + display(
+        "n =", n
+    )
+    text += (
+        paragraph("Points of contact, or nearest to each other:")
+        + display("a =", trace.on_a)
+        + display("b =", trace.on_b)
+    )
     if trace.axes:
         text += diagram(pair, trace.axes)
     plane = -n * trace.distance
-    shapes: list[Mark] = [Dots(np.array([trace.on_a, trace.on_b], np.float64), CLOSEST, 1.2), Lines(segment(trace.on_a, trace.on_b), CLOSEST, 3.0)]
+    shapes: list[Mark] = [
+        Dots(np.array([trace.on_a, trace.on_b], np.float64), CLOSEST, 1.2),
+        Lines(segment(trace.on_a, trace.on_b), CLOSEST, 3.0),
+    ]
     taken = [axis for axis in trace.axes if axis.taken]
     if taken and np.abs(taken[-1].axis - n).max() < 1e-5:
         shapes += projections(pair, taken[-1])

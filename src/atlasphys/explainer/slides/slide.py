@@ -8,10 +8,11 @@ from functools import cache
 from html import escape
 from pathlib import Path
 
-import atlasphys
 from atlasphys.explainer.slides.figure import Marks
 
-PACKAGE = Path(atlasphys.__file__).parent
+PACKAGE = Path(__file__).parents[2]
+"""The folder of the package, from which sources are named."""
+
 AROUND = 3
 """Lines of source shown before and after the one that is meant."""
 
@@ -106,4 +107,3 @@ def notes(file: str) -> frozenset[int]:
 def source_lines(file: str) -> list[str]:
     """The lines of a file of the package."""
     return (PACKAGE / file).read_text(encoding="utf-8").splitlines()
-

@@ -150,8 +150,9 @@ class Pair:
 
     @cached_property
     def size(self) -> float:
-        """Size of the smaller shape [m], by which marks are drawn."""
-        spans = [float(np.ptp(hull.vertices, axis=0).max()) for hull in self.local_bodies if hull is not None]
+        """Size of the smaller shape [m], by which marks are drawn; of flat prisms, in the plane."""
+        axes = 2 if self.is_flat else 3
+        spans = [float(np.ptp(hull.vertices[:, :axes], axis=0).max()) for hull in self.local_bodies if hull is not None]
         return min(spans, default=1.0)
 
     @cached_property
@@ -159,14 +160,17 @@ class Pair:
         """Whether both are prisms along z about one plane z = 0, between which nothing happens across it: a lesson in the plane."""
         if not set(self.kinds) <= {BOX, HULL}:
             return False
-        tolerance = 1e-6 * self.size
+        tolerance = 1e-6 * float(np.abs(self.core(0)).max())
         for which in range(2):
             points = self.core(which)
             heights = points[:, 2]
             if np.abs(np.abs(heights) - heights.max()).max() > tolerance:
                 return False
             ends = [points[np.sign(heights) == side][:, :2] for side in (1, -1)]
-            if len(ends[0]) != len(ends[1]) or np.abs(ends[0][:, None] - ends[1]).max(axis=2).min(axis=1).max() > tolerance:
+            if (
+                len(ends[0]) != len(ends[1])
+                or np.abs(ends[0][:, None] - ends[1]).max(axis=2).min(axis=1).max() > tolerance
+            ):
                 return False
         return True
 

@@ -10,8 +10,8 @@ import numpy as np
 from atlasphys.engine.run import run
 from atlasphys.engine.solvers import SOLVERS
 from atlasphys.explainer.events import number
-from atlasphys.explainer.slides.figure import Dots, Label, Mark
 from atlasphys.explainer.slides.figure import SIMPLEX as INK
+from atlasphys.explainer.slides.figure import Dots, Label, Mark
 from atlasphys.explainer.slides.manifold import impulse_arrows
 from atlasphys.explainer.slides.mathml import display, formula
 from atlasphys.explainer.slides.slide import PACKAGE, Chart, Slide, paragraph, source_lines
@@ -40,12 +40,14 @@ def slides(pair: Pair, trace: SolverTrace) -> list[Slide]:
         Slide(
             title="The question",
             text=paragraph(
-                f"What must each of the {len(points)} contact point{'s' if len(points) != 1 else ''} of the pair push with, so that nothing goes deeper and nothing sticks?"
+                f"What must each of the {len(points)} contact point{'s' if len(points) != 1 else ''} of the pair push with, so",
+                "that nothing goes deeper and nothing sticks?",
             )
             + paragraph("For each point, an impulse and the speed along the normal after it obey")
             + display("λ ≥ 0 , v ≥ 0 , λ v = 0")
             + paragraph(
-                f"it pushes, or it parts, not both; and friction stays in Coulomb's cone, {formula('|λ_t| ≤ μ λ')}. All points depend on each other, so",
+                f"it pushes, or it parts, not both; and friction stays in Coulomb's cone, {formula('|λ_t| ≤ μ λ')}. All points",
+                "depend on each other, so",
                 "a solver goes over them again and again. How far it is from these laws is the residual.",
             )
             + (paragraph(trace.remark) if trace.remark else ""),
@@ -58,7 +60,9 @@ def slides(pair: Pair, trace: SolverTrace) -> list[Slide]:
         arrows = impulse_arrows(pair, points, normal, sweep.normal) if len(points) == len(sweep.normal) else ()
         found.append(
             Slide(
-                title={-1: "The end of the step", 0: "Before the first sweep"}.get(sweep.number, f"Sweep {sweep.number}"),
+                title={-1: "The end of the step", 0: "Before the first sweep"}.get(
+                    sweep.number, f"Sweep {sweep.number}"
+                ),
                 text=said(sweep),
                 source=place(trace.solver, sweep.number),
                 shapes=(*places, *arrows),
@@ -80,8 +84,12 @@ def said(sweep: Sweep) -> str:
         rubbed = formula(f"|λ_t{i}| =", float(friction)) + " N s" if friction else ""
         said_ = f"({CLAMPS[clamp]})" if CLAMPS[clamp] else ""
         text += paragraph(f"point {i}:", formula(f"λ_{i} =", float(normal)), "N s", rubbed, said_)
-    text += paragraph("All contacts of the world:", formula("max |min(w / k, λ)| =", sweep.complementarity), "N s is lacking,")
-    text += paragraph(f"{number(sweep.cone)} N s beyond the cone; kinetic energy {number(sweep.energy)} J.")
+    text += paragraph(
+        "All contacts of the world:",
+        formula("max |min(w / k, λ)| =", sweep.complementarity),
+        "N s is lacking,",
+        f"{number(sweep.cone)} N s beyond the cone; kinetic energy {number(sweep.energy)} J.",
+    )
     return text
 
 
@@ -98,7 +106,10 @@ def charts(sweeps: tuple[Sweep, ...]) -> tuple[Chart, ...]:
         Chart(
             title="residual [N s] by sweep",
             across=across,
-            curves={"residual": tuple(sweep.complementarity for sweep in sweeps), "beyond the cone": tuple(sweep.cone for sweep in sweeps)},
+            curves={
+                "residual": tuple(sweep.complementarity for sweep in sweeps),
+                "beyond the cone": tuple(sweep.cone for sweep in sweeps),
+            },
         ),
     )
 

@@ -9,6 +9,7 @@ from html import escape
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from atlasphys.explainer.events import Points
 from atlasphys.explainer.slides.figure import A, Arrows, B, Colour, Dots, Label, Lines, Mark, Marks, Solid
 from atlasphys.explainer.slides.slide import Slide
 from atlasphys.explainer.slides.solids import Floats, Pair
@@ -51,8 +52,8 @@ def picture(marks: Marks, eye: tuple[float, float, float], caption: str) -> str:
     scale = min((WIDTH - 2 * MARGIN) / max(high[0] - low[0], 1e-9), (HEIGHT - 2 * MARGIN) / max(high[1] - low[1], 1e-9))
     middle = (low + high) / 2
 
-    def screen(points: Floats) -> Floats:
-        turned = points.reshape(-1, 3) @ axes.T
+    def screen(points: Points) -> Floats:
+        turned = points.reshape(-1, 3).astype(np.float64) @ axes.T
         x, y = WIDTH / 2 + scale * (turned[:, 0] - middle[0]), HEIGHT / 2 - scale * (turned[:, 1] - middle[1])
         return np.stack([x, y, turned[:, 2]], axis=1)
 
@@ -74,7 +75,7 @@ def _points(mark: Mark) -> Floats:
     return np.asarray(mark.points, np.float64).reshape(-1, 3)
 
 
-def _drawn(mark: Mark, screen: Callable[[Floats], Floats]) -> str:
+def _drawn(mark: Mark, screen: Callable[[Points], Floats]) -> str:
     match mark:
         case Solid():
             return _solid(mark, screen)
@@ -94,14 +95,18 @@ def _drawn(mark: Mark, screen: Callable[[Floats], Floats]) -> str:
             )
         case Label():
             x, y, _ = screen(np.asarray(mark.at, np.float64))[0]
-            aside = f'x="{x - 6:.1f}" y="{y + 16:.1f}" text-anchor="end"' if mark.below else f'x="{x + 6:.1f}" y="{y - 6:.1f}"'
+            aside = (
+                f'x="{x - 6:.1f}" y="{y + 16:.1f}" text-anchor="end"'
+                if mark.below
+                else f'x="{x + 6:.1f}" y="{y - 6:.1f}"'
+            )
             return (
                 f'<text {aside} font-family="sans-serif" font-size="12" fill="rgb{mark.colour}" '
                 f'stroke="#fff" stroke-width="3" paint-order="stroke">{escape(mark.text)}</text>'
             )
 
 
-def _solid(mark: Solid, screen: Callable[[Floats], Floats]) -> str:
+def _solid(mark: Solid, screen: Callable[[Points], Floats]) -> str:
     hull = mark.hull
     corners = screen(hull.vertices)
     if hull.is_smooth and len(hull.faces):

@@ -19,7 +19,13 @@ def polygons(distance: Annotated[float, Field(ge=0, le=10)] = 1.4) -> Layout:
     return Layout(
         [
             body("convex_hull", (0, 0, 0), {"points": _prism(TRIANGLE)}, name="triangle"),
-            body("convex_hull", (distance, 0.3, 0), {"points": _prism(PENTAGON)}, orientation=turned((0, 0, 1), 17), name="pentagon"),
+            body(
+                "convex_hull",
+                (distance, 0.3, 0),
+                {"points": _prism(PENTAGON)},
+                orientation=turned((0, 0, 1), 17),
+                name="pentagon",
+            ),
         ],
         world={"gravity": (0, 0, 0)},
         seconds=1.0,

@@ -6,7 +6,7 @@ import numpy as np
 
 from atlasphys.errors import InvalidArgumentError
 from atlasphys.explainer import STAGES, Story, explain
-from atlasphys.explainer.slides import Slide, Slides
+from atlasphys.explainer.slides import Slide
 from atlasphys.explainer.slides.solids import Floats, Pair
 
 

@@ -120,14 +120,18 @@ class Page:
         self._words = gui.add_html("")
         self._charts = gui.add_folder("Plots", visible=False)
         with gui.add_folder("Look", expand_by_default=False):
-            self._plane = gui.add_checkbox("In the plane", True, hint="Draw GJK of flat prisms as a figure in the plane (2D)")
+            self._plane = gui.add_checkbox(
+                "In the plane", True, hint="Draw GJK of flat prisms as a figure in the plane (2D)"
+            )
             self._plane.on_update(lambda event: self._set_plane(event.target.value))
             handles = gui.add_checkbox("Handles", False, hint="Arrows and rings that move and turn the shapes")
             handles.on_update(lambda event: self._show_handles(event.target.value))
             speed = gui.add_slider("Seconds a step", 0.2, 6.0, 0.1, PATIENCE)
             speed.on_update(lambda event: setattr(self, "patience", float(event.target.value)))
             gui.add_button("Put the shapes back").on_click(lambda event: self.do(Explorer.put_back, event.client))
-            gui.add_button("Camera to where it was").on_click(lambda event: self._place_camera(event.client))
+            gui.add_button("Show all of it", hint="The camera to where it was").on_click(
+                lambda event: self._show_all(event.client)
+            )
         gui.add_markdown(HOW)
 
     def _add_keys(self) -> None:
@@ -172,16 +176,27 @@ class Page:
 
             def show(explorer: Explorer) -> None:
                 explorer.show(stage)
-                self.scene.fit(explorer)
-                for one in self.server.get_clients().values():
-                    self._place_camera(one)
+                self._fit(explorer)
 
             self.do(show, client)
+
+    def _show_all(self, client: Any) -> None:
+        self.do(self._fit, client)
+
+    def _fit(self, explorer: Explorer) -> None:
+        self.scene.fit(explorer)
+        explorer.changes += 1
+        for client in self.server.get_clients().values():
+            self._place_camera(client)
 
     def _set_plane(self, value: bool) -> None:
         self.wants_plane = value
         if value and not self.explorer.pair.is_flat:
-            self._say("In space", "This pair is no pair of flat prisms along z, so it has no figure in the plane; the scene polygons has.", None)
+            self._say(
+                "In space",
+                "This pair is no pair of flat prisms along z, so it has no figure in the plane; the scene polygons has.",
+                None,
+            )
         self.do(lambda explorer: explorer.go(explorer.index))
 
     # Shapes that are moved -------------------------------------------------------------------------------------------
@@ -223,7 +238,11 @@ class Page:
         self._gizmos = []
         for which, name in enumerate("ab"):
             gizmo = self.server.scene.add_transform_controls(
-                f"/shapes/handles_{name}", 0.6 * self.explorer.pair.size, depth_test=False, disable_sliders=True, visible=False
+                f"/shapes/handles_{name}",
+                0.6 * self.explorer.pair.size,
+                depth_test=False,
+                disable_sliders=True,
+                visible=False,
             )
 
             async def turned(event: Any, which: int = which) -> None:
@@ -276,7 +295,9 @@ class Page:
 
         def moved(camera: Any) -> None:
             nonlocal aspect
-            if abs(camera.aspect - aspect) > 0.02 * aspect:  # the window, or the panel beside the picture, has another size
+            if (
+                abs(camera.aspect - aspect) > 0.02 * aspect
+            ):  # the window, or the panel beside the picture, has another size
                 aspect = camera.aspect
                 self._place_camera(client)
             self._turn(camera)
@@ -310,7 +331,9 @@ class Page:
             if not self._held:
                 position, orientation = explorer.pose(which)
                 gizmo.position, gizmo.wxyz = tuple(position - self.scene.middles[0]), tuple(orientation)
-        self._heading.content = f'<div style="padding:0.4em 0.9em 0;font-size:0.85em;color:#4a525c">{escape(explorer.heading)}</div>'
+        self._heading.content = (
+            f'<div style="padding:0.4em 0.9em 0;font-size:0.85em;color:#4a525c">{escape(explorer.heading)}</div>'
+        )
         if self._stage.value != explorer.stage:
             self._stage.value = explorer.stage
         number, count = explorer.index + 1, len(explorer.slides)
@@ -345,7 +368,9 @@ class Page:
 
     def _plot(self, title: str, names: tuple[str, ...]) -> Any:
         start = np.zeros(1)
-        curves = ({"label": name, "stroke": colour, "width": 2} for name, colour in zip(names, COLOURS * 4, strict=False))
+        curves = (
+            {"label": name, "stroke": colour, "width": 2} for name, colour in zip(names, COLOURS * 4, strict=False)
+        )
         return self.server.gui.add_uplot(
             (start, *(start for _ in names)), ({}, *curves), title=title, axes=({"size": 28}, {"size": 78}),
             scales={"x": {"time": False}}, legend={"show": True}, height=200,

@@ -35,12 +35,20 @@ def same(a: Mark, b: Mark) -> bool:
         return False
     if isinstance(a, Solid) and isinstance(b, Solid):
         alike = a.hull.vertices.shape == b.hull.vertices.shape and a.hull.faces.shape == b.hull.faces.shape
-        return alike and a.opacity == b.opacity and bool((a.hull.vertices == b.hull.vertices).all() and (a.hull.faces == b.hull.faces).all())
+        return (
+            alike
+            and a.opacity == b.opacity
+            and bool((a.hull.vertices == b.hull.vertices).all() and (a.hull.faces == b.hull.faces).all())
+        )
     if isinstance(a, Label) and isinstance(b, Label):
         return a.text == b.text and np.array_equal(a.at, b.at)
     assert not isinstance(a, Solid | Label)
     assert not isinstance(b, Solid | Label)
     return np.array_equal(a.points, b.points) and getattr(a, "width", 0) == getattr(b, "width", 0)
+
+
+SHRUNK = 0.996
+"""Faces of the shapes are drawn so much smaller: what lies on them would flicker."""
 
 
 class Room:
@@ -75,7 +83,15 @@ class Room:
             case Solid():
                 return add_solid(scene, name, mark)
             case Lines(points=points):
-                return [scene.add_line_segments(name, points.astype(np.float32), mark.colour, thickness=mark.width, thickness_units="screen")] if len(points) else []
+                return (
+                    [
+                        scene.add_line_segments(
+                            name, points.astype(np.float32), mark.colour, thickness=mark.width, thickness_units="screen"
+                        )
+                    ]
+                    if len(points)
+                    else []
+                )
             case Arrows(points=points):
                 return [
                     scene.add_arrows(
@@ -85,25 +101,38 @@ class Room:
                 ]  # fmt: skip
             case Dots(points=points):
                 return [
-                    scene.add_icosphere(f"{name}/{k}", DOT * size * mark.size, mark.colour, position=tuple(point), cast_shadow=False)
-                    for k, point in enumerate(points)
+                    scene.add_icosphere(
+                        f"{name}/{k}", DOT * size * mark.size, mark.colour, position=tuple(point), cast_shadow=False
+                    )
+                    for k, point in enumerate(points.astype(np.float64))
                 ]
-        return [scene.add_label(name, mark.text, position=tuple(np.asarray(mark.at, np.float64)), anchor="top-right" if mark.below else "bottom-left")]
+        aside = (0.0, (-1.4 if mark.below else 1.4) * DOT * size, 0.0)  # clear of the dot that it names
+        return [
+            scene.add_label(
+                name,
+                mark.text,
+                position=tuple(np.asarray(mark.at, np.float64) + aside),
+                anchor="top-right" if mark.below else "bottom-left",
+            )
+        ]
 
 
-def add_solid(scene: Any, name: str, mark: Solid) -> list[Any]:
+def add_solid(scene: Any, name: str, mark: Solid, shrunk: float = 1.0) -> list[Any]:
     """A convex body: its faces, and the edges between them."""
     hull, handles = mark.hull, []
     if len(hull.faces):
+        vertices = shrunk * hull.vertices
         handles.append(
             scene.add_mesh_simple(
-                f"{name}/faces", hull.vertices.astype(np.float32), hull.faces.astype(np.uint32), color=mark.colour, opacity=mark.opacity,
+                f"{name}/faces", vertices.astype(np.float32), hull.faces.astype(np.uint32), color=mark.colour, opacity=mark.opacity,
                 flat_shading=not hull.is_smooth, side="back" if mark.hollow else "double", cast_shadow=False, receive_shadow=False,
             )
         )  # fmt: skip
     if mark.outlined and len(hull.edges) and not hull.is_smooth:
         ends = hull.vertices[hull.edges].astype(np.float32)
-        handles.append(scene.add_line_segments(f"{name}/edges", ends, mark.colour, thickness=1.5, thickness_units="screen"))
+        handles.append(
+            scene.add_line_segments(f"{name}/edges", ends, mark.colour, thickness=1.5, thickness_units="screen")
+        )
     return handles
 
 
@@ -115,8 +144,12 @@ class Scene:
         self._scene.set_up_direction("+y")
         self._scene.configure_environment_map(None)
         self._scene.configure_default_lights(enabled=False)
-        self._scene.add_light_hemisphere("/lights/sky", sky_color=(255, 255, 255), ground_color=(170, 165, 160), intensity=1.6)
-        self._scene.add_light_directional("/lights/sun", color=(255, 250, 240), intensity=1.6, position=(0.45, 1.0, 0.8))
+        self._scene.add_light_hemisphere(
+            "/lights/sky", sky_color=(255, 255, 255), ground_color=(170, 165, 160), intensity=1.6
+        )
+        self._scene.add_light_directional(
+            "/lights/sun", color=(255, 250, 240), intensity=1.6, position=(0.45, 1.0, 0.8)
+        )
         self.shapes = Room(self._scene, "/shapes")
         self.marks = Room(self._scene, "/shapes/marks")
         self.beside = Room(self._scene, "/beside")
@@ -127,7 +160,8 @@ class Scene:
         self.middles = np.zeros((2, 3))
         self.radius = 1.0
         self._captions = [
-            self._scene.add_label(path, "", anchor="center-center", font_screen_scale=1.1) for path in ("/shapes/caption", "/beside/caption")
+            self._scene.add_label(path, "", anchor="center-center", font_screen_scale=1.1)
+            for path in ("/shapes/caption", "/beside/caption")
         ]
         self.fit(explorer)
 
@@ -137,12 +171,13 @@ class Scene:
         """Choose the middles of both scenes, and how far apart they are, for the shapes as they are."""
         pair = explorer.pair
         bodies = [hull.vertices for hull in pair.bodies if hull is not None]
-        points = np.concatenate(bodies) if bodies else np.zeros((1, 3))
+        plane = np.array((1.0, 1.0, 0.0 if pair.is_flat and explorer.stage == "gjk" else 1.0))
+        points = plane * (np.concatenate(bodies) if bodies else np.zeros((1, 3)))
         radius = float(np.linalg.norm(np.ptp(points, axis=0))) / 2
         self.middles[0] = (points.min(axis=0) + points.max(axis=0)) / 2 + pair.position[0]
         beside = np.zeros((1, 3))
         if pair.difference is not None:
-            beside = np.concatenate([beside, pair.difference.vertices])
+            beside = plane * np.concatenate([beside, pair.difference.vertices])
         if explorer.slide.faces_viewer:
             beside = np.zeros((1, 3))
         self.middles[1] = (beside.min(axis=0) + beside.max(axis=0)) / 2
@@ -171,7 +206,9 @@ class Scene:
         self.marks.frame.position = tuple(pair.position[0] - self.middles[0])
         shapes, beside = slide.shapes, slide.beside
         if flat:
-            shapes, beside = (tuple(flattened(mark, k * pair.size) for k, mark in enumerate(marks)) for marks in (shapes, beside))
+            shapes, beside = (
+                tuple(flattened(mark, k * pair.size) for k, mark in enumerate(marks)) for marks in (shapes, beside)
+            )
         self.marks.draw(shapes, pair.size)
         self.picture.draw(beside, pair.size)
         self._captions[0].text = f"A: {pair.names[0]},  B: {pair.names[1]}"
@@ -200,7 +237,13 @@ class Scene:
         self.bodies = []
         for name, hull, colour in zip("ab", hulls, (A, B), strict=True):
             frame = self._scene.add_frame(f"/shapes/{name}", show_axes=False)
-            handles = [] if hull is None else add_solid(self._scene, f"/shapes/{name}/body", Solid(outline(hull) if flat else hull, colour, 0.55))
+            handles = (
+                []
+                if hull is None
+                else add_solid(
+                    self._scene, f"/shapes/{name}/body", Solid(outline(hull) if flat else hull, colour, 0.55), SHRUNK
+                )
+            )
             self.bodies.append((frame, handles))
 
 
