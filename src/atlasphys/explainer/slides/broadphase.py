@@ -33,7 +33,7 @@ def slides(pair: Pair, trace: BroadphaseTrace) -> list[Slide]:
         trace.names, trace.pair, trace.lower.astype(np.float64), trace.upper.astype(np.float64), strict=True
     ):
         ink: Colour = A if row == pair.rows[0] else B
-        if (low < high).any():
+        if np.isfinite(low).all():
             text += paragraph(f"{coloured(name, ink)}:") + display("from", low, "to", high)
             marks += [
                 Lines(box(low - pair.position[0], high - pair.position[0]), ink, 2.5),

@@ -190,9 +190,7 @@ def verdict(pair: Pair, trace: EpaTrace) -> Slide:
         Dots(np.array([trace.on_a, trace.on_b], np.float64), CLOSEST, 1.2),
         Lines(segment(trace.on_a, trace.on_b), CLOSEST, 4.0),
     ]
-    if hull is not None:
-        moved = Hull(hull.vertices + way + out * n, hull.faces, hull.edges, hull.is_smooth)
-        shapes.append(Solid(moved, B, 0.15))
+    shapes.append(Solid(Hull(hull.vertices + way + out * n, hull.faces, hull.edges, hull.is_smooth), B, 0.15))
     beside: list[Mark] = [*difference_marks(pair)]
     if trace.steps:
         beside.append(Solid(surface(trace.steps[-1].polytope), SIMPLEX, 0.2))

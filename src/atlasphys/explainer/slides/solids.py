@@ -115,18 +115,28 @@ class Pair:
         return placed
 
     @cached_property
-    def local_bodies(self) -> tuple[Hull | None, Hull | None]:
-        """The shapes with what is round about their cores, in their own frames; None for a plane."""
-        first, second = (body_hull(self.moment, row) for row in self.shape_rows)
+    def local_bodies(self) -> tuple[Hull, Hull]:
+        """The shapes with what is round about their cores, in their own frames; of a plane the part below the other shape."""
+        first, second = (
+            self._part_of_plane(k) if self.kinds[k] == PLANE else body_hull(self.moment, self.shape_rows[k])
+            for k in range(2)
+        )
         return first, second
 
+    def _part_of_plane(self, which: int) -> Hull:
+        plane = self.moment.shapes.size[self.shape_rows[which]].astype(np.float64)
+        other = (self.position[1 - which] - self.position[which]) @ self.rotation[which]
+        reach = 1.5 * float(self.moment.shapes.extent[self.shape_rows[1 - which]]) or 1.0
+        foot = other + (plane[3] - plane[:3] @ other) * plane[:3]
+        u = np.cross(plane[:3], np.eye(3)[np.abs(plane[:3]).argmin()])
+        u /= np.linalg.norm(u)
+        v = np.cross(plane[:3], u)
+        return hull_of(foot + reach * np.array([u + v, v - u, -u - v, u - v]))
+
     @cached_property
-    def bodies(self) -> tuple[Hull | None, Hull | None]:
+    def bodies(self) -> tuple[Hull, Hull]:
         """The shapes, placed."""
-        first, second = (
-            None if hull is None else hull.placed(self.rotation[k], self.offsets[k])
-            for k, hull in enumerate(self.local_bodies)
-        )
+        first, second = (hull.placed(self.rotation[k], self.offsets[k]) for k, hull in enumerate(self.local_bodies))
         return first, second
 
     @cached_property
@@ -152,8 +162,7 @@ class Pair:
     def size(self) -> float:
         """Size of the smaller shape [m], by which marks are drawn; of flat prisms, in the plane."""
         axes = 2 if self.is_flat else 3
-        spans = [float(np.ptp(hull.vertices[:, :axes], axis=0).max()) for hull in self.local_bodies if hull is not None]
-        return min(spans, default=1.0)
+        return min(float(np.ptp(hull.vertices[:, :axes], axis=0).max()) for hull in self.local_bodies)
 
     @cached_property
     def is_flat(self) -> bool:
@@ -195,11 +204,9 @@ def core_points(moment: Moment, row: int) -> Floats:
     return points
 
 
-def body_hull(moment: Moment, row: int) -> Hull | None:
-    """A shape in its own frame; None for a plane."""
+def body_hull(moment: Moment, row: int) -> Hull:
+    """A bounded shape in its own frame."""
     points = core_points(moment, row)
-    if len(points) == 0:
-        return None
     radius = float(plain(rounding)(moment.shapes, row))
     if radius == 0:
         return hull_of(points, is_smooth=int(moment.shapes.layout[row, KIND]) not in (BOX, HULL))

@@ -37,8 +37,7 @@ def figure(pair: Pair, slide: Slide) -> str:
 
 def bodies(pair: Pair, opacity: float) -> Marks:
     """The two shapes."""
-    placed = zip(pair.bodies, (A, B), strict=True)
-    return tuple(Solid(hull, colour, opacity) for hull, colour in placed if hull is not None)
+    return tuple(Solid(hull, colour, opacity) for hull, colour in zip(pair.bodies, (A, B), strict=True))
 
 
 def picture(marks: Marks, eye: tuple[float, float, float], caption: str) -> str:

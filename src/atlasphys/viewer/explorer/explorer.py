@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from atlasphys.engine.shapes.table import PLANE
 from atlasphys.errors import InvalidArgumentError
 from atlasphys.explainer import STAGES, Story, explain
 from atlasphys.explainer.slides import Slide
@@ -81,6 +82,10 @@ class Explorer:
         self.slides = self.story.slides(stage)
         self.stage = stage
         self.go(0)
+
+    def can_move(self, which: int) -> bool:
+        """Whether A (0) or B (1) can be put elsewhere: all but planes."""
+        return self.pair.kinds[which] != PLANE
 
     def pose(self, which: int) -> tuple[Floats, Floats]:
         """Position and orientation of A (0) or B (1) before the step."""

@@ -66,6 +66,7 @@ class Page:
         self._dragged: dict[int, tuple[Floats, Floats]] = {}
         self._grabbed: dict[int, tuple[Floats, Floats, Floats]] = {}
         self._held = False
+        self._bound: dict[int, Any] = {}
         self._was_flat = False
         self._plots: list[Any] = []
         gui = self.server.gui
@@ -204,9 +205,9 @@ class Page:
     def _bind_bodies(self) -> None:
         """Have the shapes' meshes answer the mouse, once they are made anew."""
         for which, (_, handles) in enumerate(self.scene.bodies):
-            if handles and not getattr(handles[0], "is_bound", False):
+            if self._bound.get(which) is not handles[0] and self.explorer.can_move(which):
                 handles[0].on_drag("left")(self._drag_of(which))
-                object.__setattr__(handles[0], "is_bound", True)
+                self._bound[which] = handles[0]
 
     def _drag_of(self, which: int) -> Callable[[Any], Any]:
         async def dragged(event: Any) -> None:  # a coroutine, so that the phases come in order
@@ -255,7 +256,7 @@ class Page:
 
     def _show_handles(self, value: bool) -> None:
         for which, gizmo in enumerate(self._gizmos):
-            gizmo.visible = value and self.explorer.pair.local_bodies[which] is not None
+            gizmo.visible = value and self.explorer.can_move(which)
 
     # Cameras ---------------------------------------------------------------------------------------------------------
 

@@ -170,9 +170,8 @@ class Scene:
     def fit(self, explorer: Explorer) -> None:
         """Choose the middles of both scenes, and how far apart they are, for the shapes as they are."""
         pair = explorer.pair
-        bodies = [hull.vertices for hull in pair.bodies if hull is not None]
         plane = np.array((1.0, 1.0, 0.0 if pair.is_flat and explorer.stage == "gjk" else 1.0))
-        points = plane * (np.concatenate(bodies) if bodies else np.zeros((1, 3)))
+        points = plane * np.concatenate([hull.vertices for hull in pair.bodies])
         radius = float(np.linalg.norm(np.ptp(points, axis=0))) / 2
         self.middles[0] = (points.min(axis=0) + points.max(axis=0)) / 2 + pair.position[0]
         beside = np.zeros((1, 3))
@@ -217,7 +216,7 @@ class Scene:
 
     def _draw_bodies(self, explorer: Explorer, flat: bool) -> None:
         hulls = explorer.pair.local_bodies
-        key = (flat, *(None if hull is None else hull.vertices.tobytes() for hull in hulls))
+        key = (flat, *(hull.vertices.tobytes() for hull in hulls))
         if key != self._hulls:
             self._make_bodies(hulls, flat)
             self._hulls, self._opacity = key, 0.0
@@ -229,7 +228,7 @@ class Scene:
                     handle.opacity = explorer.slide.opacity
         self._opacity = explorer.slide.opacity
 
-    def _make_bodies(self, hulls: tuple[Hull | None, Hull | None], flat: bool) -> None:
+    def _make_bodies(self, hulls: tuple[Hull, Hull], flat: bool) -> None:
         for frame, handles in self.bodies:
             for handle in handles:
                 handle.remove()
@@ -237,13 +236,8 @@ class Scene:
         self.bodies = []
         for name, hull, colour in zip("ab", hulls, (A, B), strict=True):
             frame = self._scene.add_frame(f"/shapes/{name}", show_axes=False)
-            handles = (
-                []
-                if hull is None
-                else add_solid(
-                    self._scene, f"/shapes/{name}/body", Solid(outline(hull) if flat else hull, colour, 0.55), SHRUNK
-                )
-            )
+            solid = Solid(outline(hull) if flat else hull, colour, 0.55)
+            handles = add_solid(self._scene, f"/shapes/{name}/body", solid, SHRUNK)
             self.bodies.append((frame, handles))
 
 
