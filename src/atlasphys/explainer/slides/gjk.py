@@ -105,7 +105,8 @@ def introduction(pair: Pair, trace: GjkTrace) -> Slide:
 def asked(pair: Pair, trace: GjkTrace, number_: int, step: Step) -> Slide:
     """A support point is asked for."""
     d = step.direction.astype(np.float64)
-    unit = d / max(float(np.linalg.norm(d)), 1e-300)
+    size = float(np.linalg.norm(d))
+    unit = d / size if size > 0 else d
     reach = 0.5 * pair.size
     along = float(step.point @ unit)
     from_where = -d
@@ -123,9 +124,13 @@ def asked(pair: Pair, trace: GjkTrace, number_: int, step: Step) -> Slide:
     )
     answer += display("s_A(d) =", step.support_a) + display("s_B(− d) =", step.support_b)
     answer += display("w = s_A(d) − s_B(− d) =", step.point)
-    answer += paragraph("All of A − B lies on this side of the green square through it (a line, seen from the edge).")
+    border = "line" if pair.is_flat else "square"
+    if size > 0:
+        answer += paragraph(f"All of A − B lies on this side of the green {border} through it.")
     ratio = formula(fraction("w · d", norm("d")), "=", along)
-    if along < 0:
+    if size == 0:
+        answer += paragraph("The direction is zero, as the two have one middle: any point will do to begin with.")
+    elif along < 0:
         answer += paragraph(
             f"The origin lies beyond: {ratio}. So <b>A − B cannot contain it</b>, and A and B are at least {length(-along)} apart."
         )
@@ -138,11 +143,18 @@ def asked(pair: Pair, trace: GjkTrace, number_: int, step: Step) -> Slide:
         *simplex_marks(step.before),
         Dots(step.point[None], NEW, 1.3),
         Label("w", step.point, NEW),
-        Arrows(
-            segment(from_where, from_where + unit * max(min(float(np.linalg.norm(d)), 2 * reach), 0.5 * reach)), NEW
-        ),
-        Lines(ring(square(step.point, d, reach)), NEW, 2.0),
     ]
+    shapes: list[Mark] = [
+        Dots(step.support_a[None], NEW, 1.3),
+        Dots(step.support_b[None], NEW, 1.3),
+        Label("on A", step.support_a, NEW),
+        Label("on B", step.support_b, NEW),
+    ]
+    if size > 0:
+        marks.append(Lines(ring(square(step.point, d, reach)), NEW, 2.0))
+        marks.append(Arrows(segment(from_where, from_where + unit * max(min(size, 2 * reach), 0.5 * reach)), NEW))
+        shapes.append(Arrows(segment(step.support_a, step.support_a + reach * unit), NEW))
+        shapes.append(Arrows(segment(step.support_b, step.support_b - reach * unit), NEW))
     if number_ > 1:
         marks.append(Dots(from_where[None], CLOSEST))
         marks += [Label("c", from_where, CLOSEST)] if len(step.before) > 1 else []
@@ -151,18 +163,7 @@ def asked(pair: Pair, trace: GjkTrace, number_: int, step: Step) -> Slide:
         text=why + answer,
         source=step.source,
         needle="difference_support(",
-        shapes=(
-            Dots(step.support_a[None], NEW, 1.3),
-            Dots(step.support_b[None], NEW, 1.3),
-            Arrows(
-                np.array(
-                    [[step.support_a, step.support_a + reach * unit], [step.support_b, step.support_b - reach * unit]]
-                ),
-                NEW,
-            ),
-            Label("on A", step.support_a, NEW),
-            Label("on B", step.support_b, NEW),
-        ),
+        shapes=tuple(shapes),
         beside=tuple(marks),
         caption=CAPTION,
     )
