@@ -1,10 +1,11 @@
 """Make the figures of docs/explain.md: screenshots of the explorer in headless Chromium.
 
-Run: ``python -m docs.make_explorer_figures`` or ``python docs/make_explorer_figures.py`` with the repository's root on the path. Needs Chromium.
+Run: ``PYTHONPATH=. python docs/make_explorer_figures.py [NAME …]``. Needs Chromium.
 """
 
 from __future__ import annotations
 
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -32,9 +33,7 @@ def boxes() -> ap.Story:
     """Two boxes deep in each other."""
     world = ap.World(gravity=(0, 0, 0), preset="classic")
     world.add(ap.Box(size=(1, 1, 1)), name="box")
-    world.add(
-        ap.Box(size=(0.6, 0.8, 1)), position=(0.3, 0.4, 0.2), orientation=(0.92, 0.2, 0.3, 0.1), name="prism"
-    )
+    world.add(ap.Box(size=(0.6, 0.8, 1)), position=(0.3, 0.4, 0.2), orientation=(0.92, 0.2, 0.3, 0.1), name="prism")
     return told(world, "box", "prism")
 
 
@@ -47,8 +46,15 @@ def stack() -> ap.Story:
     return told(world, "table", "crate")
 
 
-def main() -> None:
-    """Make all of them."""
+def fallen() -> ap.Story:
+    """A cube that has fallen on another."""
+    world = ap.load_scene("two_boxes").build(preset="classic")
+    world.run(seconds=0.5)
+    return told(world, "lower", "upper")
+
+
+def main(*wanted: str) -> None:
+    """Make those that are wanted, or all."""
     from playwright.sync_api import sync_playwright
 
     from atlasphys.viewer.explorer.explorer import Explorer
@@ -56,13 +62,15 @@ def main() -> None:
     from tests.viewer.conftest import FLAGS, chromium
 
     def take(name: str, story: ap.Story, stage: str, title: str, scroll: int = 0) -> None:
+        if wanted and name not in wanted:
+            return
         explorer = Explorer(story, stage)
         page = Page(explorer, port=0)
         tab = browser.new_page()
         tab.goto(page.url)
         tab.get_by_role("button", name="Next step").wait_for()
         time.sleep(2.0)
-        number = next(i for i, slide in enumerate(explorer.slides) if title in slide.title)
+        number = next(i for i, slide in enumerate(explorer.slides) if title in slide.title + slide.text)
         page.do(lambda explorer: explorer.go(number)).result()
         time.sleep(2.0)
         for button in tab.locator(".mantine-Notification-closeButton").all():
@@ -84,11 +92,11 @@ def main() -> None:
         take("explorer_gjk", boxes(), "gjk", "Step 4: the simplex is a tetrahedron")
         take("explorer_epa", boxes(), "epa", "Step 3: ask the nearest face")
         take("explorer_sat", boxes(), "sat", "Axis 5")
-        take("explorer_clip", stack(), "clip", "Cut 1")
+        take("explorer_clip", stack(), "clip", "They are")
         take("explorer_manifold", stack(), "manifold", "Verdict")
-        take("explorer_solver", stack(), "solver", "Sweep 6", scroll=500)
+        take("explorer_solver", fallen(), "solver", "Sweep 6", scroll=500)
         browser.close()
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:])

@@ -85,6 +85,10 @@ def test_the_world_that_was_explained_is_left_alone():
 # The page ------------------------------------------------------------------------------------------------------------
 
 
+SMALL = {"width": 800, "height": 400}
+"""Of the tab [pixels]: graphics without a graphics card take their time."""
+
+
 class Driver:
     """An explorer's page and a tab that shows it."""
 
@@ -107,7 +111,7 @@ class Driver:
 
     def next(self):
         number = self.explorer.index + 2
-        self.tab.get_by_role("button", name="Next step").click()
+        self.tab.get_by_role("button", name="Next step").click(force=True)  # not waiting for pictures, which take long
         self.sees_slide(number)
 
     @property
@@ -135,7 +139,7 @@ class Driver:
 @pytest.fixture(scope="module")
 def tab(browser):
     tab = browser.new_page()
-    tab.set_viewport_size({"width": 800, "height": 460})
+    tab.set_viewport_size(SMALL)
     yield tab
     tab.close()
 
@@ -210,7 +214,7 @@ def test_buttons_keys_slider_and_play(show):
     driver.next()
     driver.tab.get_by_role("button", name="Previous").click()
     driver.sees_slide(2)
-    driver.tab.locator("canvas[data-engine]").click(position={"x": 20, "y": 440})
+    driver.tab.locator("canvas[data-engine]").click(position={"x": 20, "y": 380})
     driver.tab.keyboard.press("n")
     driver.sees_slide(3)
     driver.tab.keyboard.press("b")
@@ -229,9 +233,10 @@ def test_buttons_keys_slider_and_play(show):
     driver.tab.wait_for_function("document.querySelector('#slide').innerText.includes('playing')")
 
 
-def test_a_shape_is_dragged_and_the_run_changes(show):
+def test_a_shape_is_dragged_and_the_run_changes(show, tab):
+    tab.set_viewport_size({"width": 900, "height": 500})
     driver = show(story_of("separate", preset="classic"))
-    page, tab = driver.page, driver.tab
+    page = driver.page
     page.do(lambda explorer: explorer.go(99)).result(10)
     until(lambda: driver.title == "Verdict: separated")
     client = next(iter(page.server.get_clients().values()))
@@ -252,6 +257,7 @@ def test_a_shape_is_dragged_and_the_run_changes(show):
     tab.get_by_text("Look", exact=True).click()
     tab.get_by_role("button", name="Put the shapes back").click()
     until(lambda: driver.title == "Verdict: separated")
+    tab.set_viewport_size(SMALL)
 
 
 def canvas_aspect(tab):
@@ -310,8 +316,7 @@ def test_every_stage_can_be_gone_through(show):
     driver = show(story, "broadphase")
     for stage in STAGES:
         driver.page.do(lambda explorer, stage=stage: explorer.show(stage)).result(10)
-        for number in range(1, len(driver.explorer.slides) + 1):
-            driver.page.do(lambda explorer, number=number: explorer.go(number - 1)).result(10)
+        driver.page.do(lambda explorer: explorer.go(len(explorer.slides))).result(10)
         driver.tab.wait_for_function(
             "t => document.querySelector('#title').innerText == t", arg=driver.explorer.slide.title
         )

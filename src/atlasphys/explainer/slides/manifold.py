@@ -85,30 +85,24 @@ def slides(pair: Pair, trace: ManifoldTrace) -> list[Slide]:
         found.append(slide(f"Keep point {entry.index + 1}: {entry.why}", words, entry.source, list(kept), entry.index))
     final = list(trace.kept)
     for match in trace.matches:
+        number_ = final[match.point] + 1
         if match.old >= 0:
             words = paragraph(
-                f"{coloured(f'Point {match.point + 1}', NEW)} is old point {match.old + 1}, found by {match.by}: as seen from",
-                "one of the two bodies it has",
-                f"moved by {length(match.distance)} only.",
+                f"{coloured(f'Point {number_}', NEW)} is old point {match.old + 1}, found by {match.by}: as seen from one of the two bodies",
+                f"it has moved by {length(match.distance)} only.",
             )
         else:
-            words = paragraph(
-                f"{coloured(f'Point {match.point + 1}', NEW)}: no old point by {match.by} is near enough."
-            )
-        newest = final[match.point] if match.point < len(final) else None
-        found.append(slide(f"Match point {match.point + 1} by {match.by}", words, match.source, final, newest))
+            words = paragraph(f"{coloured(f'Point {number_}', NEW)}: no old point by {match.by} is near enough.")
+        found.append(slide(f"Match point {number_} by {match.by}", words, match.source, final, number_ - 1))
     if not trace.old_points:
         words = paragraph("The pair had no contact in the step before: all impulses begin at zero.")
     else:
         words = paragraph(
             f"The pair had {trace.old_points} points. Each point goes on from the normal impulse of the one that it is:"
         )
-        for i, (old, impulse) in enumerate(zip(trace.origin, trace.impulses, strict=True), 1):
-            words += paragraph(
-                f"point {i}: {f'old point {old + 1}' if old >= 0 else 'new'},",
-                formula(f"λ_{i} =", float(impulse)),
-                "N s",
-            )
+        for index, old, impulse in zip(final, trace.origin, trace.impulses, strict=True):
+            came = f"old point {old + 1}" if old >= 0 else "new"
+            words += paragraph(f"point {index + 1}: {came},", formula(f"λ_{index + 1} =", float(impulse)), "N s")
     end = slide(
         f"Verdict: {len(final)} point{'s' if len(final) > 1 else ''}",
         words,

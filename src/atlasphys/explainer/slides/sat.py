@@ -27,6 +27,9 @@ from atlasphys.explainer.slides.slide import Slide, coloured, paragraph
 from atlasphys.explainer.slides.solids import Floats, Pair
 
 CAPTION = "A − B: none of it lies beyond the plane"
+EYE = (0.42, 0.36, 0.83)
+"""From where the figure is seen at first: the axis is drawn beside the shapes, not before or behind them."""
+
 SHOWN = 12
 """Axes in the diagram: the newest ones."""
 
@@ -136,7 +139,7 @@ def projections(pair: Pair, axis: Axis) -> tuple[Mark, ...]:
     """The axis beside the shapes, with what they cover of it."""
     n = axis.axis.astype(np.float64)
     points = np.concatenate([pair.core(0), pair.core(1)])
-    across = np.cross(n, (0.0, 0.0, 1.0) if abs(n[2]) < 0.9 else (1.0, 0.0, 0.0))
+    across = np.cross(n, EYE if np.linalg.norm(np.cross(n, EYE)) > 0.2 else (1.0, 0.0, 0.0))
     across = across / np.linalg.norm(across)
     across = across if across[1] < 0 or (across[1] == 0 and across[0] > 0) else -across
     middle = points.mean(axis=0)

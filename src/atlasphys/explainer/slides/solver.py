@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,9 @@ from atlasphys.explainer.slides.slide import PACKAGE, Chart, Slide, paragraph, s
 from atlasphys.explainer.slides.solids import Pair
 from atlasphys.explainer.solver import SolverTrace, Sweep
 from atlasphys.world.views import contact_points
+
+LEAST = 1e-9
+"""What is less is drawn as this [N s]."""
 
 CLAMPS = {
     "pulls": "it would have to pull: its impulse is held at zero",
@@ -104,14 +108,18 @@ def charts(sweeps: tuple[Sweep, ...]) -> tuple[Chart, ...]:
             curves={f"point {k + 1}": tuple(float(sweep.normal[k]) for sweep in sweeps) for k in range(count)},
         ),
         Chart(
-            title="residual [N s] by sweep",
+            title="what is lacking, log10 of [N s], by sweep",
             across=across,
             curves={
-                "residual": tuple(sweep.complementarity for sweep in sweeps),
-                "beyond the cone": tuple(sweep.cone for sweep in sweeps),
+                "residual": tuple(_logarithm(sweep.complementarity) for sweep in sweeps),
+                "beyond the cone": tuple(_logarithm(sweep.cone) for sweep in sweeps),
             },
         ),
     )
+
+
+def _logarithm(value: float) -> float:
+    return math.log10(max(value, LEAST))
 
 
 def place(solver: str, sweep: int = -1) -> str:
