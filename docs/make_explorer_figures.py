@@ -92,7 +92,7 @@ def main(*wanted: str) -> None:
         take("explorer_gjk", boxes(), "gjk", "Step 4: the simplex is a tetrahedron")
         take("explorer_epa", boxes(), "epa", "Step 3: ask the nearest face")
         take("explorer_sat", boxes(), "sat", "Axis 5")
-        take("explorer_clip", stack(), "clip", "They are")
+        take("explorer_clip", stack(), "clip", "lies beyond is")
         take("explorer_manifold", stack(), "manifold", "Verdict")
         take("explorer_solver", fallen(), "solver", "Sweep 6", scroll=500)
         browser.close()

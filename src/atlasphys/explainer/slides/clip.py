@@ -138,10 +138,10 @@ def _cuts(pair: Pair, trace: ClipTrace, flat: Flat, reference: Points, ink: Colo
             f"Side {i} of the reference face is a plane, {formula('p')} a point of it and {formula('m')} its normal, away from the face:"
         )
         text += display("p =", cut.corner) + display("m =", outward)
-        text += paragraph(f"Beyond it, {formula('(x − p) · m > 0')}, lie {beyond} of {len(cut.before)} points.")
+        text += paragraph(f"Points beyond it, {formula('(x − p) · m > 0')}: {beyond} of {len(cut.before)}.")
         if beyond:
             text += paragraph(
-                f"They are {coloured('cut off', DROPPED)}; where an edge crosses the plane there is a new corner. {len(cut.after)} points are left."
+                f"What lies beyond is {coloured('cut off', DROPPED)}; where an edge crosses the plane there is a new corner. {len(cut.after)} points are left."
             )
         else:
             text += paragraph("Nothing is cut off.")

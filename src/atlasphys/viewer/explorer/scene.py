@@ -125,7 +125,7 @@ def add_solid(scene: Any, name: str, mark: Solid, shrunk: float = 1.0) -> list[A
         handles.append(
             scene.add_mesh_simple(
                 f"{name}/faces", vertices.astype(np.float32), hull.faces.astype(np.uint32), color=mark.colour, opacity=mark.opacity,
-                flat_shading=not hull.is_smooth, side="back" if mark.hollow else "double", cast_shadow=False, receive_shadow=False,
+                flat_shading=True, side="back" if mark.hollow else "double", cast_shadow=False, receive_shadow=False,
             )
         )  # fmt: skip
     if mark.outlined and len(hull.edges) and not hull.is_smooth:
