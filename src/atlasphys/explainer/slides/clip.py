@@ -141,7 +141,8 @@ def _cuts(pair: Pair, trace: ClipTrace, flat: Flat, reference: Points, ink: Colo
         text += paragraph(f"Points beyond it, {formula('(x − p) · m > 0')}: {beyond} of {len(cut.before)}.")
         if beyond:
             text += paragraph(
-                f"What lies beyond is {coloured('cut off', DROPPED)}; where an edge crosses the plane there is a new corner. {len(cut.after)} points are left."
+                f"What lies beyond is {coloured('cut off', DROPPED)}; where an edge crosses the plane there is a new corner.",
+                f"{len(cut.after)} points are left.",
             )
         else:
             text += paragraph("Nothing is cut off.")
