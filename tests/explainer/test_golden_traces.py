@@ -21,7 +21,7 @@ def traced(kind):
 
 def without_lines(data):
     if isinstance(data, dict):
-        return {key: without_lines(value) for key, value in data.items() if key != "source"}
+        return {key: without_lines(value) for key, value in data.items() if not key.startswith("source")}
     return [without_lines(entry) for entry in data] if isinstance(data, list) else data
 
 

@@ -28,6 +28,9 @@ def explain(
     solver: str | None = None,
     set: Annotated[list[str] | None, Parameter(negative=())] = None,
     json: Annotated[bool, Parameter(negative=())] = False,
+    view: Annotated[bool, Parameter(negative=())] = False,
+    port: int | None = None,
+    open: bool = True,
 ) -> int:
     """Tell what a stage of the engine did in one step of a scene, for one pair of bodies.
 
@@ -51,12 +54,22 @@ def explain(
         NAME=VALUE: a parameter of a scene of the library. May be given several times.
     json
         Print the events as one JSON object on standard output instead of the story.
+    view
+        Show the story on a page in the browser, the explorer, and go through it step by step. Ctrl-C ends it.
+    port
+        With --view: port of the page on this machine; 0: any that is free. Default: 8080, or the next free one.
+    open
+        With --view: open the page in the browser.
     """
     from atlasphys.explainer import STAGES
     from atlasphys.scene.load import load_scene
 
     if stage not in (*STAGES, "all"):
         raise InvalidArgumentError(f"the stage must be one of {', '.join(STAGES)}, or all (got {stage!r})")
+    if view and json:
+        raise InvalidArgumentError("--view shows the story on a page and --json prints it: give one of the two")
+    if port is not None and not view:
+        raise InvalidArgumentError("--port is the port of the page of --view: give both")
     loaded = load_scene(scene, **parameters_of(set or []))
     h = loaded.dt if dt is None else positive("--dt", dt)
     last = max(1, round(loaded.seconds / h))
@@ -69,6 +82,8 @@ def explain(
     rows = None if pair is None else _pair(world, pair)
     story, remark = _explained(world, rows, h, step, last)
     stages = STAGES if stage == "all" else (stage,)
+    if view:
+        return _shown(story, stages[0], f"{loaded.name}: {remark}" if remark else "", port, open)
     if json:
         print(json_format.dumps({"scene": loaded.name, "remark": remark} | story.data(*stages), ensure_ascii=False))
     else:
@@ -79,6 +94,17 @@ def explain(
         )
     sys.stdout.flush()
     return 0
+
+
+def _shown(story: Story, stage: str, remark: str, port: int | None, in_browser: bool) -> int:
+    """The explorer, until Ctrl-C."""
+    from atlasphys.cli.view import until_interrupted
+    from atlasphys.viewer.explorer.explorer import Explorer
+    from atlasphys.viewer.explorer.page import Page
+
+    page = Page(Explorer(story, stage, remark), port=port)
+    print(f"explorer of {stage}, {' and '.join(story.pair)}, at {page.url}  (Ctrl-C ends)", flush=True)
+    return until_interrupted(page, in_browser)
 
 
 def _pair(world: World, words: str) -> tuple[int, int]:

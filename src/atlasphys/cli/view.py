@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -53,11 +53,16 @@ def view(
     model = open_model(what, set or [], {name: value for name, value in given.items() if value is not None})
     page = Page(model, port=port, shown=Shown(shadows=shadows), dark=dark)
     print(f"{page.frame.title} at {page.url}  (Ctrl-C ends)", flush=True)
-    if open:
-        import webbrowser
+    return until_interrupted(page, open)
 
-        webbrowser.open(page.url)
+
+def until_interrupted(page: Any, in_browser: bool) -> int:
+    """Serve a page until Ctrl-C, and open it in the browser if that is wanted."""
     try:
+        if in_browser:
+            import webbrowser
+
+            webbrowser.open(page.url)
         while True:
             time.sleep(3600)
     except KeyboardInterrupt:

@@ -61,7 +61,7 @@ class BroadphaseTrace(Trace):
     pair: tuple[int, int] = (0, 0)
     """Rows of the two bodies."""
     lower: Points | None = None
-    """(2, 3) least corner of each one's bounds in world coordinates, margin included [m]; a plane has none (zeros)."""
+    """(2, 3) least corner of each one's bounds in world coordinates, margin included [m]; a plane has none (infinite)."""
     upper: Points | None = None
     """(2, 3) greatest corner."""
     verdict: tuple[Test, ...] = ()
@@ -84,7 +84,9 @@ class BroadphaseTrace(Trace):
         assert self.upper is not None
         yield f"Broad phase ({self.method}): may {a} and {b} touch?"
         for name, low, high in zip(self.names, self.lower, self.upper, strict=True):
-            bounds = f"bounds from {vector(low)} to {vector(high)}" if (low < high).any() else "a plane, without bounds"
+            bounds = (
+                f"bounds from {vector(low)} to {vector(high)}" if np.isfinite(low).all() else "a plane, without bounds"
+            )
             yield f"   {name}: {bounds}"
         for test in self.verdict:
             yield f"   {test.answer}   [{test.source}]"

@@ -53,6 +53,14 @@ class ClipTrace(Trace):
     """(p, 3) the contact points, midway between the two surfaces."""
     point_depths: npt.NDArray[np.floating] | None = None
     """(p,) their depths [m]."""
+    source_features: str = ""
+    """The line of the engine that found the features,"""
+    source_face: str = ""
+    """the one that chose the reference,"""
+    source_depth: str = ""
+    """the one that measured depths,"""
+    source_point: str = ""
+    """and the one that wrote the points down; empty where it was not reached."""
 
     def lines(self) -> Iterator[str]:
         """The story."""
@@ -91,6 +99,10 @@ def _deep(depth: float) -> str:
     return f"{length(depth)} deep" if depth >= 0 else f"{length(-depth)} apart"
 
 
+def _source(notes: list[Note]) -> str:
+    return notes[0].source if notes else ""
+
+
 def read(notes: list[Note], shapes: tuple[str, str], routine: str) -> ClipTrace:
     """The trace, from the notes of ``write_contact``, or why it did not run."""
     points = [note for note in notes if note.kind == "contact.point"]
@@ -102,7 +114,9 @@ def read(notes: list[Note], shapes: tuple[str, str], routine: str) -> ClipTrace:
         why = f"{routine} found {a} and {b} apart by more than the margin"
         if points:
             why = f"{routine} gives the points of {a} and {b} without clipping"
-        return ClipTrace(instead=f"Nothing was clipped: {why}.", points=found, point_depths=depths)
+        return ClipTrace(
+            instead=f"Nothing was clipped: {why}.", points=found, point_depths=depths, source_point=_source(points)
+        )
     normal = next(note for note in notes if note.kind == "contact.normal")["normal"]
     faces = [note for note in notes if note.kind == "clip.face" and note["distance"] >= note["allowed"]]
     common = ClipTrace(
@@ -112,6 +126,8 @@ def read(notes: list[Note], shapes: tuple[str, str], routine: str) -> ClipTrace:
         reference_normal=normal,
         points=found,
         point_depths=depths,
+        source_features=features.source,
+        source_point=_source(points),
     )
     if not faces:
         return common
@@ -131,4 +147,6 @@ def read(notes: list[Note], shapes: tuple[str, str], routine: str) -> ClipTrace:
         clipped=np.array([note["point"] for note in measured]).reshape(-1, 3),
         depths=np.array([note["depth"] for note in measured]),
         kept=np.array([note["kept"] for note in measured], np.bool_),
+        source_face=faces[0].source,
+        source_depth=_source(measured),
     )

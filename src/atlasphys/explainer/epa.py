@@ -61,7 +61,9 @@ class Step:
     grown: Polytope | None
     """The polytope after, if it grew."""
     source: str
-    """The line of the engine."""
+    """The line of the engine that asked."""
+    source_horizon: str
+    """The line that found the horizon, if the polytope grew."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -81,6 +83,8 @@ class EpaTrace(Trace):
     """The deepest point of B."""
     radii: tuple[float, float] = (0.0, 0.0)
     """Radii about the cores [m]."""
+    source_end: str = ""
+    """The line of the engine that ended the search."""
 
     def lines(self) -> Iterator[str]:
         """The story."""
@@ -107,13 +111,13 @@ class EpaTrace(Trace):
 def read(notes: list[Note], radii: tuple[float, float]) -> EpaTrace:
     """The trace, from the notes of ``epa`` and ``core_contact``; only where it ran."""
     steps: list[Step] = []
-    polytope, end = None, ""
+    polytope, end, source_end = None, "", ""
     found = [note for note in notes if note.kind.startswith("epa.")]
     for i, note in enumerate(found):
         if note.kind == "epa.polytope":
             polytope = _polytope(note)
         elif note.kind == "epa.end":
-            end = note["reason"]
+            end, source_end = note["reason"], note.source
         elif note.kind == "epa.probe":
             after = found[i + 1]
             grown = _polytope(found[i + 2]) if after.kind == "epa.horizon" else None
@@ -126,7 +130,7 @@ def read(notes: list[Note], radii: tuple[float, float]) -> EpaTrace:
                 "wall" if note["wall"] else outcome,
                 np.flatnonzero(after["removed"]) if grown else np.empty(0, np.intp),
                 after["edges"] if grown else np.empty((0, 2), np.int32),
-                grown, note.source,
+                grown, note.source, after.source if grown else "",
             )  # fmt: skip
             steps.append(step)
     result = next(note for note in found if note.kind == "epa.result")
@@ -139,6 +143,7 @@ def read(notes: list[Note], radii: tuple[float, float]) -> EpaTrace:
         on_a=result["on_a"],
         on_b=answer["on_b"],
         radii=radii,
+        source_end=source_end,
     )
 
 

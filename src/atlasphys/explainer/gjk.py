@@ -53,6 +53,8 @@ class Step:
     """Its distance [m]: not less than that of the cores. Where the simplex did not change, that of the step before."""
     source: str
     """The line of the engine that asked for the support point."""
+    source_weights: str
+    """The line that weighed the points and dropped some; empty where the search ended before."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,6 +78,8 @@ class GjkTrace(Trace):
     """The point of B closest to A, of separated cores."""
     radii: tuple[float, float] = (0.0, 0.0)
     """Radii about the cores [m]."""
+    source_end: str = ""
+    """The line of the engine that ended the search."""
 
     def lines(self) -> Iterator[str]:
         """The story."""
@@ -99,7 +103,7 @@ def read(notes: list[Note], shapes: tuple[str, str], radii: tuple[float, float])
     """The trace, from the notes of ``gjk`` and ``core_contact``."""
     steps: list[Step] = []
     simplex: Points = np.empty((0, 3))
-    distance, end, result = float("inf"), "", None
+    distance, end, source_end, result = float("inf"), "", "", None
     found = [note for note in notes if note.kind.startswith(("gjk.", "core."))]
     for i, note in enumerate(found):
         if note.kind == "gjk.support":
@@ -116,16 +120,18 @@ def read(notes: list[Note], shapes: tuple[str, str], radii: tuple[float, float])
                 distance = float(np.linalg.norm(closest))
             step = Step(
                 note["direction"], note["on_a"], note["on_a"] - note["point"], note["point"], before, simplex, weights, case,
-                closest, distance, note.source,
+                closest, distance, note.source, tried.source if tried is not None else "",
             )  # fmt: skip
             steps.append(step)
         elif note.kind == "gjk.end":
-            end = note["reason"]
+            end, source_end = note["reason"], note.source
         elif note.kind == "gjk.result":
             result = note
     assert result is not None
     verdict = VERDICTS[result["status"]]
-    common = GjkTrace(shapes=shapes, steps=tuple(steps), verdict=verdict, reason=REASONS[end], radii=radii)
+    common = GjkTrace(
+        shapes=shapes, steps=tuple(steps), verdict=verdict, reason=REASONS[end], radii=radii, source_end=source_end
+    )
     if verdict != "separated":
         return common
     answer = next(note for note in found if note.kind == "core.result")

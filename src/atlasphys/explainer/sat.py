@@ -57,6 +57,8 @@ class SatTrace(Trace):
     """The point of B."""
     limit: float = 0.0
     """Distance from which on a pair has no contact [m]."""
+    source_end: str = ""
+    """The line of the engine that gave the answer."""
 
     def lines(self) -> Iterator[str]:
         """The story."""
@@ -107,4 +109,5 @@ def read(notes: list[Note], moment: Moment, boxes: bool) -> SatTrace:
         on_a=result["on_a"],
         on_b=result["on_b"],
         limit=result["limit"],
+        source_end=result.source,
     )

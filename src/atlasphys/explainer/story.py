@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
-from typing import Any
+from html import escape
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from atlasphys.errors import InvalidArgumentError
 from atlasphys.explainer import broadphase, solver
@@ -21,7 +24,10 @@ from atlasphys.explainer.sat import SatTrace
 from atlasphys.explainer.solver import SolverTrace
 from atlasphys.world.body import Body
 from atlasphys.world.watch import SeenStep, watched
-from atlasphys.world.world import World
+from atlasphys.world.world import Snapshot, World
+
+if TYPE_CHECKING:
+    from atlasphys.explainer.slides import Slides
 
 STAGES = ("broadphase", "gjk", "epa", "sat", "clip", "manifold", "solver")
 """What can be explained, in the order of the step."""
@@ -31,9 +37,12 @@ class Story:
     """What happened in a step, stage by stage, for one pair of bodies. :func:`explain` makes it.
 
     Each stage is read when it is first asked for. ``str`` tells all of them, ``str(story.gjk)`` one; ``story.gjk.steps[3].simplex`` is an array.
+    A notebook shows the story with a figure for each step, or ``story.slides("gjk")`` alone; ``story.view()`` opens the explorer.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._start: Snapshot | None = None
         self._moment: Moment | None = None
 
     @property
@@ -43,9 +52,13 @@ class Story:
         Raises:
             InvalidArgumentError: no step has been taken yet.
         """
+        self._check()
+        assert self._moment is not None
+        return self._moment
+
+    def _check(self) -> None:
         if self._moment is None:
             raise InvalidArgumentError("no step was taken inside the block of explain(): call world.step(dt) there")
-        return self._moment
 
     @property
     def pair(self) -> tuple[str, str]:
@@ -107,6 +120,44 @@ class Story:
         trace: Trace = getattr(self, name)
         return trace
 
+    def slides(self, stage: str) -> Slides:
+        """The trace of a stage as slides: one thing that happened each, in words and formulas (``text``, HTML with MathML), with the line of the
+        engine (``source``) and a figure. A notebook shows them.
+
+        Raises:
+            InvalidArgumentError: there is no such stage.
+        """
+        slides: Slides = import_module("atlasphys.explainer.slides").slides_of(self, stage)
+        return slides
+
+    def world_before(self) -> World:
+        """A world of its own, as it was before the step: a step of ``story.moment.h`` seconds is this one again, to the bit."""
+        self._check()
+        assert self._start is not None
+        world = copy.deepcopy(self._world)
+        world.restore(self._start)
+        return world
+
+    def view(self, stage: str = "gjk", *, port: int = 0, height: int = 760) -> Any:
+        """Show the story in the explorer, a page on which each stage is gone through step by step, and the shapes can be dragged: in the notebook
+        where there is one, else at the address that is printed.
+
+        Args:
+            stage: the stage to begin with, of ``STAGES``.
+            port: port of the page on this machine. Default: any that is free.
+            height: height of the frame in a notebook [pixels].
+
+        Returns:
+            The page; its ``url`` is the address, ``close()`` ends it.
+
+        Raises:
+            MissingExtraError: viser is not installed.
+            InvalidArgumentError: there is no such stage, no step was taken, or the port is in use.
+        """
+        # By name, for the viewer stands above the explainer.
+        show = import_module("atlasphys.viewer.notebook").show_story
+        return show(self, stage, port=port, height=height)
+
     def data(self, *stages: str) -> dict[str, Any]:
         """The step, the pair, what became of it, and the events of some stages (default: all) as plain values, fit for JSON."""
         moment, contact = self.moment, self.moment.contact
@@ -141,8 +192,17 @@ class Story:
         return f"<Story: step {self.step}, {' and '.join(self.pair)}>"
 
     def _repr_pretty_(self, printer: Any, cycle: bool) -> None:
-        """What notebooks show."""
+        """What IPython shows in a terminal."""
         printer.text(str(self) if self._moment else repr(self))
+
+    def _repr_html_(self) -> str | None:
+        """What notebooks show: all stages, to be unfolded, with a figure for each step."""
+        if self._moment is None:
+            return None
+        folded = "".join(
+            f"<details><summary><b>{name}</b></summary>{self.slides(name)._repr_html_()}</details>" for name in STAGES
+        )
+        return f"<p>{escape(self.heading())}</p>{folded}"
 
 
 @contextmanager
@@ -173,12 +233,12 @@ def explain(world: World, pair: tuple[object, object] | None = None) -> Iterator
     rows = None if pair is None else rows_of(world, pair)
     if rows is None and len(world.bodies) < 2:
         raise InvalidArgumentError(f"explain needs a pair of bodies; the world has {len(world.bodies)}")
-    story = Story()
+    story = Story(world)
 
     def watch(seen: SeenStep) -> None:
         names = [name or f"body {row}" for row, name in enumerate(world.bodies.names)]
         story.__dict__.clear()
-        story._moment = Moment(seen, names, rows)
+        story._world, story._start, story._moment = world, seen.start, Moment(seen, names, rows)
 
     with watched(world, watch):
         yield story

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from atlasphys.viewer.session import Session
 
 if TYPE_CHECKING:
+    from atlasphys.explainer import Story
+    from atlasphys.viewer.explorer.page import Page as Explanation
     from atlasphys.viewer.gui.page import Page
     from atlasphys.world.world import World
 
@@ -16,13 +18,27 @@ def show(world: World, *, port: int = 0, height: int = 600) -> Page:
     from atlasphys.viewer.gui.page import Page
 
     page = Page(Session(world), port=port)
+    _display(page, "the world", height)
+    return page
+
+
+def show_story(story: Story, stage: str, *, port: int = 0, height: int = 760) -> Explanation:
+    """The explorer's page of a story, displayed in the notebook if this is one, else announced. See :meth:`Story.view`."""
+    from atlasphys.viewer.explorer.explorer import Explorer
+    from atlasphys.viewer.explorer.page import Page
+
+    page = Page(Explorer(story, stage), port=port)
+    _display(page, "the story", height)
+    return page
+
+
+def _display(page: Any, what: str, height: int) -> None:
     if _in_notebook():
         from IPython.display import IFrame, display
 
         display(IFrame(page.url, width="100%", height=height))
     else:
-        print(f"the world is shown at {page.url}")
-    return page
+        print(f"{what} is shown at {page.url}")
 
 
 def _in_notebook() -> bool:

@@ -13,7 +13,7 @@ from atlasphys.engine.step import Pipeline
 from atlasphys.world.trace import Records
 
 if TYPE_CHECKING:
-    from atlasphys.world.world import World
+    from atlasphys.world.world import Snapshot, World
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +23,8 @@ class SeenStep:
     before: State
     after: State
     """Copies of the state before and after the step."""
+    start: Snapshot
+    """The same state before the step, with what is known of the bodies beside the physics."""
     pipeline: Pipeline
     h: float
     """Length of the step [s]."""
@@ -53,10 +55,10 @@ def advance_watched(world: World, h: float, steps: int) -> None:
         if steps > 1:
             world._advance(h, steps - 1)
             earlier = world._trace
-        before = world._state.copy()
+        start = world.snapshot()
         world._tracing = True
         world._advance(h, 1)
-        seen = SeenStep(before, world._state.copy(), world._pipeline, h, world._trace, world._sweeps)
+        seen = SeenStep(start._state, world._state.copy(), start, world._pipeline, h, world._trace, world._sweeps)
     finally:
         world._watchers, world._tracing, world._sweeps = watchers, tracing, []
         world._trace = [*earlier, *world._trace] if tracing else []

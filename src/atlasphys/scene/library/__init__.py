@@ -30,6 +30,7 @@ _NAMES = (
     "sphere_pit",
     "heavy_on_light",
     "card_house",
+    "polygons",
 )
 
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
-import socket
 import threading
 import time
 from collections.abc import Callable
@@ -12,12 +9,13 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
-from atlasphys.errors import AtlasPhysError, InvalidArgumentError, MissingExtraError
+from atlasphys.errors import AtlasPhysError
 from atlasphys.viewer.frame import Frame
 from atlasphys.viewer.gui.camera import Cameras
 from atlasphys.viewer.gui.objects import Objects
 from atlasphys.viewer.gui.plots import Plots
 from atlasphys.viewer.gui.scenes import Scenes
+from atlasphys.viewer.gui.server import address, serve, stop
 from atlasphys.viewer.gui.shortcuts import add_shortcuts
 from atlasphys.viewer.gui.show import Show
 from atlasphys.viewer.gui.stage import Stage
@@ -25,11 +23,6 @@ from atlasphys.viewer.gui.timeline import Timeline
 from atlasphys.viewer.gui.transport import Transport
 from atlasphys.viewer.gui.world import WorldSettings
 from atlasphys.viewer.simulation import Model, Simulation
-
-HOST = "127.0.0.1"
-"""The page has no login, so it is served to this machine only."""
-
-FIRST_PORT = 8080
 
 FRAME_TIME = 1 / 30
 """Least time between two drawings [s]."""
@@ -84,7 +77,7 @@ class Page:
     def __init__(
         self, model: Model, *, port: int | None = None, shown: Shown | None = None, dark: bool = False
     ) -> None:
-        self.server = _serve(port)
+        self.server = serve(port)
         self.is_replay = not hasattr(model, "world")
         self.shown = shown or Shown()
         self.selected: int | None = None
@@ -127,7 +120,7 @@ class Page:
     @property
     def url(self) -> str:
         """Address of the page."""
-        return f"http://{HOST}:{self.server.get_port()}"
+        return address(self.server)
 
     @property
     def frame(self) -> Frame:
@@ -184,8 +177,7 @@ class Page:
             self._ended.set()
             self._painter.join(timeout=5.0)
             self.simulation.end()
-            with contextlib.redirect_stdout(io.StringIO()):
-                self.server.stop()
+            stop(self.server)
 
     # Drawing ---------------------------------------------------------------------------------------------------------
 
@@ -208,42 +200,3 @@ class Page:
                     for part in self.parts:
                         part.refresh(frame)
             self._ended.wait(max(0.0, FRAME_TIME - (time.perf_counter() - start)))
-
-
-def _serve(port: int | None) -> Any:
-    """A viser server on this machine.
-
-    Raises:
-        MissingExtraError, InvalidArgumentError: see :class:`Page`.
-    """
-    try:
-        import viser
-    except ImportError:
-        raise MissingExtraError("the viewer needs the package viser: pip install 'atlasphys[viewer]'") from None
-    if port:
-        _refuse_busy(port)
-    with contextlib.redirect_stdout(io.StringIO()):  # its banner
-        server = viser.ViserServer(
-            host=HOST, port=FIRST_PORT if port is None else port, label="AtlasPhys", verbose=False
-        )
-    if port and server.get_port() != port:
-        server.stop()
-        raise _busy(port)
-    return server
-
-
-def _refuse_busy(port: int) -> None:
-    if not 0 <= port <= 65535:
-        raise InvalidArgumentError(f"port must be a number from 0 to 65535 (got {port})")
-    with socket.socket() as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            probe.bind((HOST, port))
-        except OSError:
-            raise _busy(port) from None
-
-
-def _busy(port: int) -> InvalidArgumentError:
-    return InvalidArgumentError(
-        f"port {port} cannot be used, perhaps another viewer does; give another, or 0 for any that is free"
-    )
