@@ -35,6 +35,5 @@ sphinx_gallery_conf = {
     "min_reported_time": 1000,
     "write_computation_times": False,
     "download_all_examples": False,
-    "image_srcset": ["2x"],
     "remove_config_comments": True,
 }

@@ -27,7 +27,7 @@ ORDER = (
 )
 """From first steps over physics to the inside of the engine."""
 
-STYLE = {"axes.spines.top": False, "axes.spines.right": False, "figure.dpi": 100, "savefig.dpi": 100}
+STYLE = {"axes.spines.top": False, "axes.spines.right": False, "figure.dpi": 140, "savefig.dpi": 140}
 
 
 def place(name: str) -> int:

@@ -2,7 +2,8 @@ r"""
 A heap, and its angle of repose
 ===============================
 
-Grains that are poured on a table pile up to a cone. Its slope, the *angle of repose*, is a measure of how well they hold on to one another: of friction, and of how hard it is for them to roll.
+Grains that are poured on a table pile up to a cone. Its slope, the *angle of repose*, is a measure of how
+well they hold on to one another: of friction, and of how hard it is for them to roll.
 """
 
 import matplotlib.pyplot as plt
@@ -50,8 +51,9 @@ def slope(world):
 
 
 # %%
-# Balls that roll freely make a flat heap, and those at its foot roll away, out of the picture. Friction makes it steeper, but not much: a ball that cannot slide still
-# rolls. *Rolling friction* holds it: a lever arm of some millimetres by which a flattened contact resists (:doc:`/theory/friction`, "Rolling and torsion").
+# Balls that roll freely make a flat heap, and those at its foot roll away, out of the picture. Friction makes
+# it steeper, but not much: a ball that cannot slide still rolls. *Rolling friction* holds it: a lever arm of
+# some millimetres by which a flattened contact resists (:doc:`/theory/friction`, "Rolling and torsion").
 
 cases = {"friction 0.1": (0.1, 0.0), "friction 0.6": (0.6, 0.0), "and 2 cm rolling friction": (0.6, 0.02)}
 figure, panels = plt.subplots(3, 1, figsize=(8, 7), sharex=True, sharey=True, layout="constrained")

@@ -2,8 +2,8 @@ r"""
 Bounces, and how high they are
 ==============================
 
-A ball that falls from a height :math:`H` and bounces with coefficient of restitution :math:`e` rises to :math:`e^2 H`, then to :math:`e^4 H`, and after
-:math:`n` bounces to :math:`e^{2n} H`. Does the engine's?
+A ball that falls from a height :math:`H` and bounces with coefficient of restitution :math:`e` rises to
+:math:`e^2 H`, then to :math:`e^4 H`, and after :math:`n` bounces to :math:`e^{2n} H`. Does the engine's?
 """
 
 import matplotlib.pyplot as plt
@@ -14,8 +14,9 @@ import atlasphys as ap
 HEIGHT = 2.0
 
 # %%
-# Bodies bounce only if they come faster than ``restitution_threshold``, 1 m/s unless told otherwise: without it nothing that can bounce would ever come to rest.
-# Here it is set to zero. The ball's coefficient is that of the contact, for ``restitution_combine`` is ``"max"`` and the ground's is zero.
+# Bodies bounce only if they come faster than ``restitution_threshold``, 1 m/s unless told otherwise: without
+# it nothing that can bounce would ever come to rest. Here it is set to zero. The ball's coefficient is that
+# of the contact, for ``restitution_combine`` is ``"max"`` and the ground's is zero.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
 for restitution in (0.9, 0.75, 0.5):
@@ -46,5 +47,6 @@ right.set(xlabel="bounce n", ylabel="apex [m]", title="dots: the engine; lines: 
 plt.show()
 
 # %%
-# Heights are right to a few thousandths although an impact nearly always falls *inside* a step. The solver works out how fast the ball is at the moment of the impact, and with which
-# speed the step has to end so that the energy fits (:doc:`/theory/impulses`, "When within the step?").
+# Heights are right to a few thousandths although an impact nearly always falls *inside* a step. The solver
+# works out how fast the ball is at the moment of the impact, and with which speed the step has to end so that
+# the energy fits (:doc:`/theory/impulses`, "When within the step?").

@@ -2,7 +2,8 @@
 Branching futures: snapshots and chaos
 ======================================
 
-A snapshot holds everything that the future depends on. Restored, a world goes on to the same bits. Restored and changed by a billionth, it goes on to another future: how soon?
+A snapshot holds everything that the future depends on. Restored, a world goes on to the same bits. Restored
+and changed by a billionth, it goes on to another future: how soon?
 """
 
 import matplotlib.pyplot as plt
@@ -11,7 +12,8 @@ import numpy as np
 import atlasphys as ap
 
 # %%
-# A die is thrown on a table. (To move it sideways would change nothing: the table is the same everywhere. So it is lifted.) At half a second, before it lands, the world is saved.
+# A die is thrown on a table. (To move it sideways would change nothing: the table is the same everywhere. So
+# it is lifted.) At half a second, before it lands, the world is saved.
 
 world = ap.World(precision="double")
 world.add(ap.Plane(normal=(0, 1, 0)))
@@ -49,7 +51,8 @@ assert np.array_equal(reference, again)
 print("two futures without a nudge:", digest, same)
 
 # %%
-# Nudged, it departs. Each impact multiplies a difference, and at an edge that just does or does not catch the ways part for good.
+# Nudged, it departs. Each impact multiplies a difference, and at an edge that just does or does not catch the
+# ways part for good.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
 left.plot(*reference[:, [0, 2]].T, "k", linewidth=2, zorder=3, label="no nudge")
@@ -66,13 +69,16 @@ right.set(xlabel="t [s]", ylabel="distance from the way without nudge [m]")
 plt.show()
 
 # %%
-# What is chance, then? A thousand throws would do; sixty, from heights a centimetre or less from the first one, show how the top face hangs on a millimetre.
+# What is chance, then? A thousand throws would do; sixty, from heights a centimetre or less from the first
+# one, show how the top face hangs on a millimetre.
 
 tops = []
 for nudge in np.linspace(-0.01, 0.01, 60):
     future(nudge, seconds=8.0)
     w, x, y, z = die.orientation
-    up = np.array([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)])  # the world's y in the die's axes
+    up = np.array(
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)]
+    )  # the world's y in the die's axes
     face = int(np.argmax(np.abs(up)))
     tops.append("xyz"[face] + ("+" if up[face] > 0 else "−"))
 figure, axes = plt.subplots(figsize=(8, 2.6), layout="constrained")
@@ -80,6 +86,12 @@ names = sorted(set(tops))
 for k, name in enumerate(names):
     chosen = np.array([top == name for top in tops])
     axes.plot(1e3 * np.linspace(-0.01, 0.01, 60)[chosen], np.full(chosen.sum(), k), "s", markersize=5)
-axes.set(xlabel="nudge [mm]", yticks=range(len(names)), yticklabels=names, ylabel="face on top", ylim=(-0.6, len(names) - 0.4))
+axes.set(
+    xlabel="nudge [mm]",
+    yticks=range(len(names)),
+    yticklabels=names,
+    ylabel="face on top",
+    ylim=(-0.6, len(names) - 0.4),
+)
 plt.show()
 assert len(names) > 1

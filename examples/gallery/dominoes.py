@@ -2,7 +2,8 @@
 A wave of dominoes
 ==================
 
-Each domino is 1 m high, 0.2 m thick, and stands half a metre behind the one before. After some of them the wave runs at a steady speed. Which, and what does it depend on?
+Each domino is 1 m high, 0.2 m thick, and stands half a metre behind the one before. After some of them the
+wave runs at a steady speed. Which, and what does it depend on?
 """
 
 import matplotlib.pyplot as plt
@@ -35,8 +36,9 @@ for axes, when in zip(panels, (0.1, 1.7, 3.3), strict=True):
 plt.show()
 
 # %%
-# On the left, when each domino begins to fall: a straight line is a steady wave. On the right, the speed of the wave over the distance of the dominoes, in units of
-# :math:`\sqrt{g h}`, which is all that the height can have to do with it.
+# On the left, when each domino begins to fall: a straight line is a steady wave. On the right, the speed of
+# the wave over the distance of the dominoes, in units of :math:`\sqrt{g h}`, which is all that the height can
+# have to do with it.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
 left.plot(times, np.arange(len(times)), "o", markersize=4)

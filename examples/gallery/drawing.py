@@ -2,12 +2,12 @@
 Drawing a world from the side
 =============================
 
-``world.view()`` shows a world in the browser, and ``atlasphys render`` makes films of it. For a figure it often takes no more than outlines. This
-file draws them with Matplotlib; the other examples import it.
+``world.view()`` shows a world in the browser, and ``atlasphys render`` makes films of it. For a figure it
+often takes no more than outlines. This file draws them with Matplotlib; the other examples import it.
 
-Every body has a pose and a shape. A shape is a convex core and a radius about it: a sphere is a point, a capsule a segment, the others have
-no radius. Seen along z, its outline is where it is farthest in each direction of the page, its *support*, which is also what the engine's
-collision routines ask of shapes.
+Every body has a pose and a shape. A shape is a convex core and a radius about it: a sphere is a point, a
+capsule a segment, the others have no radius. Seen along z, its outline is where it is farthest in each
+direction of the page, its *support*, which is also what the engine's collision routines ask of shapes.
 """
 
 import matplotlib.pyplot as plt

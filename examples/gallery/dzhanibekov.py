@@ -2,8 +2,9 @@ r"""
 The handle that turns over
 ==========================
 
-A body that spins about its axis of the middle moment of inertia turns over, again and again, though nothing acts on it. Vladimir Dzhanibekov saw a wing nut do so in orbit in 1985; Louis
-Poinsot knew why in 1834. An engine that treats :math:`\omega` as constant (as the articles' did: :doc:`/theory/errata`) cannot show it.
+A body that spins about its axis of the middle moment of inertia turns over, again and again, though nothing
+acts on it. Vladimir Dzhanibekov saw a wing nut do so in orbit in 1985; Louis Poinsot knew why in 1834. An
+engine that treats :math:`\omega` as constant (as the articles' did: :doc:`/theory/errata`) cannot show it.
 """
 
 import matplotlib.pyplot as plt
@@ -13,7 +14,8 @@ from drawing import matrix
 import atlasphys as ap
 
 # %%
-# A T-handle is a rod with a bar across. Bodies have one shape; all that matters in free flight is the inertia, so a plate with three different moments will do.
+# A T-handle is a rod with a bar across. Bodies have one shape; all that matters in free flight is the
+# inertia, so a plate with three different moments will do.
 
 world = ap.World(gravity=(0, 0, 0), precision="double")
 handle = world.add(ap.Box(size=(1.0, 0.1, 0.4)), mass=1, angular_velocity=(0.001, 0.001, 5), name="handle")
@@ -30,7 +32,8 @@ time = np.arange(1, len(tilt) + 1) / 120
 spin, energy, momentum = np.array(spin), np.array(energy), np.array(momentum)
 
 # %%
-# :math:`\omega` in the body's axes changes all the time; energy and angular momentum, which nothing can change, stay.
+# :math:`\omega` in the body's axes changes all the time; energy and angular momentum, which nothing can
+# change, stay.
 
 drift = np.abs(energy / energy[0] - 1)
 turned = np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0])
@@ -53,8 +56,9 @@ assert turned.max() < 1e-9
 # %%
 # Stable about the other two
 # --------------------------
-# Energy and angular momentum confine :math:`\omega` to the curve where two ellipsoids meet. About the least and the greatest moment these curves are small circles; about the middle one they lead round to
-# the other side.
+# Energy and angular momentum confine :math:`\omega` to the curve where two ellipsoids meet. About the least
+# and the greatest moment these curves are small circles; about the middle one they lead round to the other
+# side.
 
 starts = []
 for axis in range(3):

@@ -2,8 +2,8 @@
 Events: what began and what ended
 =================================
 
-``world.events`` lists what happened in the last step: contacts that began or ended, bodies that fell asleep or woke. A program that reacts to hits reads these, in place of comparing lists of
-contacts.
+``world.events`` lists what happened in the last step: contacts that began or ended, bodies that fell asleep
+or woke. A program that reacts to hits reads these, in place of comparing lists of contacts.
 """
 
 import matplotlib.pyplot as plt
@@ -17,7 +17,8 @@ world.add(ap.Sphere(radius=0.3), position=(0, 4, 0), mass=2, restitution=0.7, na
 world.add(ap.Cylinder(radius=0.3, length=1), position=(0.7, 6, 0), mass=4, name="drum")
 
 # %%
-# Each event has a ``kind`` and the handles ``a`` and ``b`` of the bodies. The loop remembers since when each pair touches.
+# Each event has a ``kind`` and the handles ``a`` and ``b`` of the bodies. The loop remembers since when each
+# pair touches.
 
 since, spans, sleeping, asleep_since = {}, [], [], {}
 while world.time < 6:
@@ -55,7 +56,8 @@ assert len(bounces) >= 1
 assert world.bodies["crate"].asleep
 
 # %%
-# The bodies of an event are handles. A game that breaks what is hit hard would read ``world.contacts`` in the same step for the impulse.
+# The bodies of an event are handles. A game that breaks what is hit hard would read ``world.contacts`` in the
+# same step for the impulse.
 
 strongest = world.contacts.normal_impulse.max() if len(world.contacts) else 0.0
 print(f"strongest contact of the last step: {60 * strongest:.1f} N")

@@ -2,8 +2,9 @@ r"""
 GJK, step by step
 =================
 
-Do two boxes overlap, and if not, how far apart are they? GJK answers with a walk through their *Minkowski difference* :math:`A \ominus B`, the set of all
-:math:`a - b`: the boxes meet exactly where it holds the origin. ``ap.explain`` tells what the engine's own code did on the way.
+Do two boxes overlap, and if not, how far apart are they? GJK answers with a walk through their *Minkowski
+difference* :math:`A \ominus B`, the set of all :math:`a - b`: the boxes meet exactly where it holds the
+origin. ``ap.explain`` tells what the engine's own code did on the way.
 """
 
 import matplotlib.pyplot as plt
@@ -29,8 +30,8 @@ a, b, story = explained((1.0, 0.9, 0.3))
 print(story.gjk)
 
 # %%
-# Behind the words are arrays: ``story.gjk.steps[2].simplex`` holds the points that the search kept. Nobody ever builds the Minkowski difference; here it is, for the eye: the hull of all differences of
-# two corners.
+# Behind the words are arrays: ``story.gjk.steps[2].simplex`` holds the points that the search kept. Nobody
+# ever builds the Minkowski difference; here it is, for the eye: the hull of all differences of two corners.
 
 
 def corners(body):
@@ -86,8 +87,9 @@ def draw_steps(title, a, b, steps, view):
 
 
 # %%
-# Star: the origin. Orange: the simplex after the step. Red circle: the support point that the step found. Dotted: from the origin to the simplex's closest
-# point, whose length is in the title. It shrinks from step to step, until no point of the difference is nearer.
+# Star: the origin. Orange: the simplex after the step. Red circle: the support point that the step found.
+# Dotted: from the origin to the simplex's closest point, whose length is in the title. It shrinks from step
+# to step, until no point of the difference is nearer.
 
 draw_steps("apart: the closest point of A − B to the origin", a, b, story.gjk.steps, (20, 60))
 print(f"verdict: {story.gjk.verdict}, {story.gjk.distance:.4f} m from {story.gjk.on_a} to {story.gjk.on_b}")
@@ -95,7 +97,8 @@ assert story.gjk.verdict == "separated"
 assert np.isclose(np.linalg.norm(story.gjk.on_b - story.gjk.on_a), story.gjk.distance, rtol=1e-5)
 
 # %%
-# Move the second box nearer, and the walk ends otherwise: with a tetrahedron around the origin. The boxes overlap; how deep is a question for EPA (:doc:`explain_epa`).
+# Move the second box nearer, and the walk ends otherwise: with a tetrahedron around the origin. The boxes
+# overlap; how deep is a question for EPA (:doc:`explain_epa`).
 
 a, b, story = explained((0.5, 0.5, 0.2))
 draw_steps("overlapping: a tetrahedron around the origin", a, b, story.gjk.steps, (20, 60))
@@ -105,7 +108,8 @@ assert story.gjk.verdict == "overlapping"
 # %%
 # The bounds close in
 # -------------------
-# Each support point also bounds the distance from below: all of :math:`A \ominus B` lies beyond the plane through it. When the bounds meet, the search is over.
+# Each support point also bounds the distance from below: all of :math:`A \ominus B` lies beyond the plane
+# through it. When the bounds meet, the search is over.
 
 a, b, story = explained((1.0, 0.9, 0.3))
 upper = [step.distance for step in story.gjk.steps]

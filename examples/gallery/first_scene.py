@@ -21,8 +21,8 @@ crate = world.add(
 )
 
 # %%
-# ``world.step(dt)`` takes one step. A handle such as ``crate`` always tells the present state. Here every twelfth state is drawn, five in a second,
-# paler the older it is.
+# ``world.step(dt)`` takes one step. A handle such as ``crate`` always tells the present state. Here every
+# twelfth state is drawn, five in a second, paler the older it is.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
 times, heights = [], []

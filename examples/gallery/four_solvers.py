@@ -2,8 +2,9 @@
 Four solvers under a heavy load
 ===============================
 
-A crate of a tonne or of ten stands on one of ten kilograms. That is where iterative solvers are told apart: in each visit to a contact the light crate gives way, and hands the load on only little by little. All four solvers of the engine
-get the same scene, from the scene library, and the same time step.
+A crate of a tonne or of ten stands on one of ten kilograms. That is where iterative solvers are told apart:
+in each visit to a contact the light crate gives way, and hands the load on only little by little. All four
+solvers of the engine get the same scene, from the scene library, and the same time step.
 """
 
 import time
@@ -46,8 +47,9 @@ right.legend()
 plt.show()
 
 # %%
-# The default, ``soft_step``, has springs for contacts, which are as stiff as suits bodies of like mass: it is meant for many bodies, and right there. ``avbd`` finds the load itself as a
-# multiplier (:doc:`/theory/avbd`), and does not sink however heavy it is. The price:
+# The default, ``soft_step``, has springs for contacts, which are as stiff as suits bodies of like mass: it is
+# meant for many bodies, and right there. ``avbd`` finds the load itself as a multiplier
+# (:doc:`/theory/avbd`), and does not sink however heavy it is. The price:
 
 for solver in SOLVERS:
     print(f"{solver:20} {1e6 * results[solver][1000][1]:7.0f} µs a step")

@@ -37,8 +37,9 @@ angles = np.arange(0, 51, 2.5)
 measured, ratio = np.array([slide(angle) for angle in angles]).T
 
 # %%
-# On the left the acceleration. On the right friction, as a share of the normal force: it grows with the slope, just as much as is needed to hold the block,
-# until it reaches :math:`\mu` and can grow no more. The block slides where the dashed line, :math:`\tan\theta`, leaves the cone.
+# On the left the acceleration. On the right friction, as a share of the normal force: it grows with the
+# slope, just as much as is needed to hold the block, until it reaches :math:`\mu` and can grow no more. The
+# block slides where the dashed line, :math:`\tan\theta`, leaves the cone.
 
 theta = np.radians(np.linspace(0, 50, 300))
 limit = math.degrees(math.atan(MU))
@@ -64,13 +65,14 @@ assert np.allclose(measured, expected, atol=0.02)
 # %%
 # The cone is round
 # -----------------
-# Some engines clamp friction along two axes one by one. The cone becomes a pyramid, and a puck's way depends on how it lies to the axes. Here it does not: pucks that are
-# pushed in all directions at 4 m/s come to rest on a circle of radius :math:`v^2 / 2\mu g`.
+# Some engines clamp friction along two axes one by one. The cone becomes a pyramid, and a puck's way depends
+# on how it lies to the axes. Here it does not: pucks that are pushed in all directions at 4 m/s come to rest
+# on a circle of radius :math:`v^2 / 2\mu g`.
 
 world = ap.World()
 world.add(ap.Plane(normal=(0, 1, 0)), friction=MU)
 headings = np.radians(np.arange(0, 360, 15))
-for row, heading in enumerate(headings, start=1):
+for heading in headings:
     # Pucks of groups that do not collide with one another start at the same place.
     world.add(
         ap.Cylinder(radius=0.1, length=0.02),

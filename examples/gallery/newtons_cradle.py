@@ -2,8 +2,9 @@ r"""
 Newton's cradle
 ===============
 
-As many balls leave as arrive. Why? Momentum and energy alone do not say so for more than two balls. The answer is that the impacts happen one after the other: each is between
-two equal elastic balls, which swap their velocities.
+As many balls leave as arrive. Why? Momentum and energy alone do not say so for more than two balls. The
+answer is that the impacts happen one after the other: each is between two equal elastic balls, which swap
+their velocities.
 """
 
 import matplotlib.pyplot as plt
@@ -12,7 +13,8 @@ import numpy as np
 import atlasphys as ap
 
 # %%
-# The scene of the library has small gaps between the balls, so that impacts happen one by one. Each line below is a ball's place over time.
+# The scene of the library has small gaps between the balls, so that impacts happen one by one. Each line
+# below is a ball's place over time.
 
 figure, panels = plt.subplots(1, 3, figsize=(10, 4), sharey=True, layout="constrained")
 for axes, moving in zip(panels, (1, 2, 3), strict=True):
@@ -35,8 +37,9 @@ plt.show()
 # %%
 # Restitution below one
 # ---------------------
-# With :math:`e < 1` an impact of two equal balls leaves :math:`(1 - e)/2` of the speed with the first and hands on :math:`(1 + e)/2`. Through four impacts the last ball gets
-# :math:`((1 + e)/2)^4` of it, and all of them creep after.
+# With :math:`e < 1` an impact of two equal balls leaves :math:`(1 - e)/2` of the speed with the first and
+# hands on :math:`(1 + e)/2`. Through four impacts the last ball gets :math:`((1 + e)/2)^4` of it, and all of
+# them creep after.
 
 figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
 coefficients = np.linspace(0.4, 1, 7)

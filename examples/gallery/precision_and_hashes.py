@@ -2,7 +2,8 @@
 Single, double, and the same bits every time
 ============================================
 
-``precision="double"`` computes everything with 16 digits instead of 7 (positions have 16 in both). Whichever is chosen, equal worlds stay equal to the bit, in every run and for every number of threads.
+``precision="double"`` computes everything with 16 digits instead of 7 (positions have 16 in both). Whichever
+is chosen, equal worlds stay equal to the bit, in every run and for every number of threads.
 """
 
 import matplotlib.pyplot as plt
@@ -26,7 +27,8 @@ for settings in ({}, {"threads": 2}, {"broadphase": "brute"}, {"precision": "dou
 assert pyramid().state_hash() == pyramid().state_hash() == pyramid(threads=2).state_hash()
 
 # %%
-# What does single precision cost? Here is a free body that spins: nothing acts on it, so each change of its energy is the computer's. And a block that slides to a stop, next to the same run in double precision.
+# What does single precision cost? Here is a free body that spins: nothing acts on it, so each change of its
+# energy is the computer's. And a block that slides to a stop, next to the same run in double precision.
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained")
 slides = {}
@@ -58,5 +60,6 @@ assert drift[-1] < 1e-11
 assert apart[-1] < 1e-3
 
 # %%
-# Single precision is right for almost everything: it is faster, and its error far below that of the time step. Double precision is for long free flights, for comparisons with closed forms, and for doubts. The
+# Single precision is right for almost everything: it is faster, and its error far below that of the time
+# step. Double precision is for long free flights, for comparisons with closed forms, and for doubts. The
 # tests hold hashes of many scenes for both (``tests/golden``).

@@ -2,7 +2,8 @@
 Where the time of a step goes
 =============================
 
-``world.profile`` has the seconds that each stage of the last step took, by the stages' names. Which stage matters depends on the scene.
+``world.profile`` has the seconds that each stage of the last step took, by the stages' names. Which stage
+matters depends on the scene.
 """
 
 import matplotlib.pyplot as plt
@@ -17,7 +18,8 @@ SCENES = {
 }
 
 # %%
-# Each scene runs to the moment that is asked for; then sixty steps are measured, and of each stage the median is taken. Sleep is off, so that there is something to measure.
+# Each scene runs to the moment that is asked for; then sixty steps are measured, and of each stage the median
+# is taken. Sleep is off, so that there is something to measure.
 
 
 def profile(name, sizes, seconds):
@@ -34,7 +36,7 @@ def profile(name, sizes, seconds):
 results = {label: profile(*case) for label, case in SCENES.items()}
 stages = next(iter(results.values()))[2]
 figure, axes = plt.subplots(figsize=(9, 3.2), layout="constrained")
-for row, (label, (micro, contacts, _)) in enumerate(results.items()):
+for row, (micro, contacts, _) in enumerate(results.values()):
     start = 0.0
     for k, stage in enumerate(stages):
         axes.barh(row, micro[k], left=start, color=f"C{k}", label=stage if row == 0 else None)
@@ -51,4 +53,5 @@ for label, (micro, _, _) in results.items():
 assert all(micro.sum() > 0 for micro, _, _ in results.values())
 
 # %%
-# The figures are those of the machine that built this page, and of what else it had to do. ``atlasphys bench`` measures with more care (:doc:`/bench`).
+# The figures are those of the machine that built this page, and of what else it had to do. ``atlasphys
+# bench`` measures with more care (:doc:`/bench`).

@@ -2,8 +2,9 @@
 Recording, replaying, plotting energy
 =====================================
 
-A recording is an HDF5 file with all poses of all bodies. It is read by step or by body, played in the browser (``atlasphys view wall.h5``), filmed
-(``atlasphys render wall.h5 wall.mp4``), or opened in any other program that knows HDF5.
+A recording is an HDF5 file with all poses of all bodies. It is read by step or by body, played in the browser
+(``atlasphys view wall.h5``), filmed (``atlasphys render wall.h5 wall.mp4``), or opened in any other program
+that knows HDF5.
 """
 
 import tempfile
@@ -18,7 +19,8 @@ import atlasphys as ap
 path = Path(tempfile.mkdtemp()) / "wall.h5"
 
 # %%
-# A heavy ball hits a wall. The recorder writes after each step; a killed program leaves a file that can be read up to its last steps.
+# A heavy ball hits a wall. The recorder writes after each step; a killed program leaves a file that can be
+# read up to its last steps.
 
 scene = ap.load_scene("wall", bricks=6, rows=6)
 world = scene.build()
@@ -31,7 +33,8 @@ with ap.Recorder(path, world, scene) as recorder:
 print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB for {recorder.steps} steps of {len(world.bodies)} bodies")
 
 # %%
-# The energy of the run. What the ball brings goes into flight, spin and height, and friction and inelastic impacts take it away; it never grows.
+# The energy of the run. What the ball brings goes into flight, spin and height, and friction and inelastic
+# impacts take it away; it never grows.
 
 time = np.arange(1, 181) / 60
 kinetic, potential = np.array(energy).T
@@ -45,7 +48,8 @@ plt.show()
 assert np.diff(kinetic + potential).max() < 0.01 * energy[0].total
 
 # %%
-# Read back, later or elsewhere. ``poses(step)`` reads one step, ``body(name)`` the way of one body. The wall is seen from behind the ball.
+# Read back, later or elsewhere. ``poses(step)`` reads one step, ``body(name)`` the way of one body. The wall
+# is seen from behind the ball.
 
 with ap.Recording(path) as recording:
     built = recording.scene.build()

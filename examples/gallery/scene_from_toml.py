@@ -2,7 +2,8 @@
 A scene of one's own, in a file
 ===============================
 
-A scene file says what is in a world, and nothing else. ``atlasphys run my_scene.toml``, ``atlasphys view my_scene.toml`` and ``ap.load_scene`` read it.
+A scene file says what is in a world, and nothing else. ``atlasphys run my_scene.toml``, ``atlasphys view
+my_scene.toml`` and ``ap.load_scene`` read it.
 """
 
 import tempfile
@@ -81,4 +82,5 @@ else:
     raise AssertionError("a wrong scene was taken")
 
 # %%
-# A world becomes a scene again, and a file: ``ap.Scene.from_world(world).save("later.toml")``. :doc:`/scenes` has the whole schema.
+# A world becomes a scene again, and a file: ``ap.Scene.from_world(world).save("later.toml")``. :doc:`/scenes`
+# has the whole schema.

@@ -2,8 +2,8 @@
 A tower, and what sleeping does
 ===============================
 
-Ten crates fall on one another from small heights. As soon as they have been at rest for half a second they fall *asleep*: their island is left out of the
-computation until something touches it.
+Ten crates fall on one another from small heights. As soon as they have been at rest for half a second they
+fall *asleep*: their island is left out of the computation until something touches it.
 """
 
 import matplotlib.pyplot as plt
@@ -24,7 +24,8 @@ def tower(sleeping):
 
 
 # %%
-# Two equal worlds; in one of them sleep is switched off. After three seconds a ball comes flying. What wakes, wakes by itself.
+# Two equal worlds; in one of them sleep is switched off. After three seconds a ball comes flying. What wakes,
+# wakes by itself.
 
 worlds = {"sleeping=True": tower(True), "sleeping=False": tower(False)}
 energy = {name: [] for name in worlds}
@@ -54,10 +55,11 @@ panels[2].set(ylabel="time of a step [µs],\nmedian of 15", xlabel="t [s]", ylim
 plt.show()
 
 # %%
-# Asleep, a body has no velocity at all, where in the other world some energy of the soft contacts' last trembling is left. Every change is an event:
+# Asleep, a body has no velocity at all, where in the other world some energy of the soft contacts' last
+# trembling is left. Every change is an event:
 
 world = tower(True)
-for step in range(180):
+for _ in range(180):
     world.step(1 / 60)
     slept = [event.a.name for event in world.events if event.kind == "sleep"]
     if slept:

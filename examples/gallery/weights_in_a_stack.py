@@ -2,7 +2,8 @@
 Where the weight goes: contacts and forces
 ==========================================
 
-Every contact point tells with which impulse it pushed in the last step. Over the step's time that is a force, and so a stack becomes a set of scales.
+Every contact point tells with which impulse it pushed in the last step. Over the step's time that is a force,
+and so a stack becomes a set of scales.
 """
 
 import matplotlib.pyplot as plt
@@ -25,7 +26,8 @@ load = world.add(ap.Box(size=(0.8, 0.8, 0.8)), position=(1, 1.7, 0), mass=100, n
 world.run(seconds=3)
 
 # %%
-# ``world.contacts`` has a record for each point. Normals point from a to b, so b is pushed along the normal and a against it.
+# ``world.contacts`` has a record for each point. Normals point from a to b, so b is pushed along the normal
+# and a against it.
 
 contacts = world.contacts
 print("a       b       x      force")
@@ -41,8 +43,9 @@ def force(a, b):
 
 
 # %%
-# Statics gives the answer beforehand: moments about the left crate say what the right one bears. The crates are wide, so where along its width a crate is pressed is not known, and with it not the exact
-# share: a support reaches from 1.7 to 2.3 m. What *must* be right is the sum, and the moments about any point.
+# Statics gives the answer beforehand: moments about the left crate say what the right one bears. The crates
+# are wide, so where along its width a crate is pressed is not known, and with it not the exact share: a
+# support reaches from 1.7 to 2.3 m. What *must* be right is the sum, and the moments about any point.
 
 bears = {"left": abs(force(left, beam)), "right": abs(force(right, beam)), "load": abs(force(beam, load))}
 figure, axes = plt.subplots(figsize=(8, 4.2), layout="constrained")
@@ -52,7 +55,9 @@ for contact in contacts:
     for side in (1, -1):
         tip = contact.point[:2] + side * scale * contact.normal[:2]
         axes.annotate("", tip, contact.point[:2], arrowprops={"arrowstyle": "->", "color": "C3", "linewidth": 1.2})
-axes.set(xlim=(-3, 3), ylim=(-0.6, 2.4), xlabel="x [m]", ylabel="y [m]", title="each contact pushes both bodies; 1 m: 800 N")
+axes.set(
+    xlim=(-3, 3), ylim=(-0.6, 2.4), xlabel="x [m]", ylabel="y [m]", title="each contact pushes both bodies; 1 m: 800 N"
+)
 plt.show()
 
 on_beam = contacts[(contacts.body_a == beam.row) | (contacts.body_b == beam.row)]

@@ -96,7 +96,7 @@ def _edges(points: np.ndarray) -> Iterator[np.ndarray]:
 
 def gjk() -> Figure:
     """The simplex after each step of GJK: for boxes that are apart, above, and that overlap, below."""
-    figure, panels = plt.subplots(2, 6, figsize=(10, 3.8), layout="constrained")
+    figure, panels = plt.subplots(2, 6, figsize=(8, 3.2), layout="constrained")
     for row, offset in zip(panels, ((0.6, 1.0, 0.2), (-0.3, 0.45, 0.3)), strict=True):
         a, b, story = _pair(offset, TILTED)
         difference = (_corners(a)[:, None] - _corners(b)[None]).reshape(-1, 3)
@@ -138,7 +138,9 @@ def epa() -> Figure:
         axes = figure.add_subplot(1, 4, panel + 1, projection="3d", computed_zorder=False)
         faces = step.polytope.vertices[step.polytope.faces]
         asked = np.arange(len(faces)) == step.face
-        axes.add_collection3d(Poly3DCollection(faces[~asked], facecolor="C0", alpha=0.12, edgecolor="C0", linewidth=0.5))
+        axes.add_collection3d(
+            Poly3DCollection(faces[~asked], facecolor="C0", alpha=0.12, edgecolor="C0", linewidth=0.5)
+        )
         axes.add_collection3d(Poly3DCollection(faces[asked], facecolor="C3", alpha=0.6, zorder=3))
         axes.plot(0, 0, 0, "k*", zorder=9)
         axes.plot(*step.point, "o", color="C3", markersize=5, zorder=7)
@@ -192,13 +194,17 @@ def clipping() -> Figure:
     with ap.explain(world, pair=(below, above)) as story:
         world.step(1e-6)
     clip = story.clip
-    reference, incident = (clip.feature_a, clip.feature_b) if clip.reference == "a" else (clip.feature_b, clip.feature_a)
+    reference, incident = (
+        (clip.feature_a, clip.feature_b) if clip.reference == "a" else (clip.feature_b, clip.feature_a)
+    )
 
     def closed(points: np.ndarray) -> np.ndarray:
         """Seen from above: x and z, back to the first point."""
         return np.concatenate([points, points[:1]])[:, [0, 2]].T
 
-    figure, panels = plt.subplots(1, len(clip.cuts) + 1, figsize=(9, 2.3), layout="constrained", sharex=True, sharey=True)
+    figure, panels = plt.subplots(
+        1, len(clip.cuts) + 1, figsize=(9, 2.3), layout="constrained", sharex=True, sharey=True
+    )
     for axes in panels:
         axes.fill(*closed(reference), facecolor="C0", alpha=0.2, edgecolor="C0")
         axes.plot(*closed(incident), ":", color="0.6", linewidth=1)
