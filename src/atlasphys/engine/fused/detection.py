@@ -19,8 +19,9 @@ from atlasphys.engine.manifold.recycle import (
 from atlasphys.engine.manifold.reduce import reduce_points
 from atlasphys.engine.manifold.renew import renew
 from atlasphys.engine.math import vec
-from atlasphys.engine.narrowphase.apart import carry_expiry
+from atlasphys.engine.narrowphase.apart import carry_expiry, certain
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
+from atlasphys.engine.narrowphase.lanes.common import ROOM
 from atlasphys.engine.narrowphase.layout import lay_out
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call, call_address
@@ -153,6 +154,10 @@ def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, la
             lane, kind, work.pairs[p, 0], work.pairs[p, 1], a, b, bodies, colliders.shape, shapes, lanes
         )
     collide_lanes(kind, bodies.geometry, constants.margin, lanes)
+    for lane in range(number):
+        a, b = lanes.integers[PAIR_A, lane], lanes.integers[PAIR_B, lane]
+        room = certain(float(lanes.contact[ROOM, lane]), work.extent[a] + work.extent[b])
+        work.expiry[lanes.integers[NEW_ROW, lane]] = work.travel[a] + work.travel[b] + room
     renew_lanes(
         work.status[STEP], number, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes
     )  # fmt: skip

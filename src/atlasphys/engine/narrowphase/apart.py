@@ -18,11 +18,20 @@ the separating axis test takes for parallel (``sat.PARALLEL_SQUARED``). Smaller:
 more often."""
 
 
+ROUND_OFF = 1e-5
+"""The same as a part of the gap, which may be far greater than the shapes."""
+
+
+@routine
+def certain(gap, size):
+    """A gap as a narrow phase found it, less what it may be wrong by; at least 0. ``size`` is the sum of the two shapes' extents [m]."""
+    return max(gap * type(gap)(1 - ROUND_OFF) - type(gap)(INEXACT) * size, type(gap)(0))
+
+
 @routine
 def certain_gap(gap, shapes, pair):
     """A gap between two shapes as a narrow phase found it, less what it may be wrong by; at least 0."""
-    size = shapes.extent[pair[0]] + shapes.extent[pair[1]]
-    return max(gap - type(gap)(INEXACT) * size, type(gap)(0))
+    return certain(gap, shapes.extent[pair[0]] + shapes.extent[pair[1]])
 
 
 @routine

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 from atlasphys.engine.narrowphase.clip import FACE_PREFERENCE
 from atlasphys.engine.narrowphase.lanes.common import (
     FIRST,
+    ROOM,
     SECOND,
     clamp,
     from_axis,
@@ -55,6 +56,9 @@ FIRST_EDGE_FEATURE = 1 << 12
 """Features below come from clipping: the candidate's number (4 bits), the reference face's (4), the incident face's
 (3). From here on they are two edges' numbers."""
 
+SLANT_OF_CORNER = 1.7321
+"""√3 and a little: a box's corner may be so many times as far as the distance along the axis of any of its faces or edges (``Shapes.bluntness``)."""
+
 NEVER = -1e30
 """Distance along an axis that counts as none."""
 
@@ -86,6 +90,8 @@ class Choice(NamedTuple):
     """3 i + j of the axes of the best pair of edges."""
     edges: Any
     """Distance along its normal."""
+    faces: Any
+    """Distance along the best face's normal of either box."""
 
 
 def _best_face(distances: Any) -> Any:
@@ -129,7 +135,18 @@ def _choose_axis(frame: Frame, d_b: Any, bias: Any, rows: Any) -> Choice:
     best_face = maximum(face_a, face_b)
     by_edges = edges > best_face + (bias + RELATIVE_PREFERENCE * absolute(best_face))
     is_0, is_1 = ((on_b & b) | (~on_b & a) for a, b in zip(first, second, strict=True))
-    return Choice(on_b, is_0, is_1, face, by_edges, edge, edges)
+    return Choice(on_b, is_0, is_1, face, by_edges, edge, edges, (face_a, face_b))
+
+
+def _room(frame: Frame, choice: Choice, limit: Any) -> Any:
+    """By how much two boxes may at least come nearer before the separating axis test finds less than ``limit``: the first two of the bounds that
+    ``pairs/polyhedra.py`` explains."""
+    apart, extent_a, extent_b = vec.length(frame.d), vec.length(frame.half_a), vec.length(frame.half_b)
+    best = maximum(choice.face, choice.edges) - SLANT_OF_CORNER * limit
+    for face, own, other in ((choice.faces[0], extent_a, extent_b), (choice.faces[1], extent_b, extent_a)):
+        room = face - limit
+        best = maximum(best, room / maximum((apart + other + room) / own, 1))
+    return best
 
 
 @simd_kernel
@@ -163,6 +180,7 @@ def box_box(pairs, geometry, place, margin, contact, tags) -> bool:
     when(any_lane(by_face), clip)
     when(~any_lane(by_face), leave_empty)
     when(any_lane(by_edges), cross)
+    store(contact, ROOM, _room(frame, choice, margin + bias))
     return any_lane(load(tags, 4) > 0)
 
 
@@ -216,7 +234,7 @@ def _write_faces(
     for used, x, y, depth, candidate in kept:
         point = vec.add_scaled(vec.add_scaled(vec.scale(n, half[0] - 0.5 * depth), u, x), v, y)
         points.append((used & lanes, vec.add(point, origin), depth, number + candidate))
-    write_contact(pairs, contact, tags, vec.select_vec(on_b, vec.neg(n), n), points)
+    write_contact(pairs, contact, tags, vec.select_vec(on_b, vec.neg(n), n), points, 0)
 
 
 def _candidates(half: Any, middle: Any, edges: Any, slack: Any) -> list[Point]:

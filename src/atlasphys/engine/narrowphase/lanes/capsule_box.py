@@ -19,6 +19,7 @@ from atlasphys.engine.narrowphase.lanes.common import (
     SECOND,
     clamp,
     one_or_two_points,
+    room_of_segment,
     sign,
     vector,
     within,
@@ -149,4 +150,5 @@ def capsule_box(pairs, geometry, place, margin, contact, tags) -> bool:
         ends.append(point(end, gap, inward_ends))
     both = both & (nearest <= least + 2 * bias)
     points = one_or_two_points(point(t, distance, inward), ends, both, margin, load(pairs, 0))
-    return write_contact(pairs, contact, tags, vec.select_vec(both, inward_ends, inward), points)
+    room = room_of_segment(distance - radius, radius, margin)
+    return write_contact(pairs, contact, tags, vec.select_vec(both, inward_ends, inward), points, room)

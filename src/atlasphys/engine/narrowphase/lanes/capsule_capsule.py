@@ -14,6 +14,7 @@ from atlasphys.engine.narrowphase.lanes.common import (
     SECOND,
     clamp,
     one_or_two_points,
+    room_of_segment,
     vector,
     write_contact,
 )
@@ -97,4 +98,4 @@ def capsule_capsule(pairs, geometry, place, margin, contact, tags) -> bool:
         ends.append(point(s_end, t_end, gap))
     both = both & (nearest <= distance + 2 * FACE_PREFERENCE * margin)
     points = one_or_two_points(point(s, t, distance), ends, both, margin, load(pairs, 0))
-    return write_contact(pairs, contact, tags, normal, points)
+    return write_contact(pairs, contact, tags, normal, points, room_of_segment(distance - radii, radii, margin))

@@ -9,6 +9,9 @@ from atlasphys.engine.simd import absolute, any_lane, full, load, select, store,
 FIRST, SECOND = 4, 8
 """Fields of ``place`` where the sizes of the first and the second shape begin."""
 
+ROOM = 3
+"""Field of ``contact``: see ``write_contact``."""
+
 ASIDE = 0.1
 """How far, as a part of the radii, a segment may pass beside what it runs along and still touch it there. Larger: long
 thin capsules that cross at a small angle seem to touch where they have long parted. Smaller: capsules that lie side by
@@ -50,6 +53,12 @@ def within(start: Any, along: Any, limit: Any) -> Any:
     return -reach - center, reach - center
 
 
+def room_of_segment(gap: Any, radii: Any, margin: Any) -> Any:
+    """The room of round shapes about segments that are ``gap`` apart. The ends of what they share count by their distance along the normal, which
+    is less than that of the points, as these may lie aside."""
+    return gap - ASIDE * ASIDE * radii - margin
+
+
 def one_or_two_points(single: Any, ends: Any, both: Any, margin: Any, rows: Any) -> Any:
     """The points of a segment's contact: its ends, with features 1 and 2, in the lanes of the mask, a single one with
     feature 0 in the others.
@@ -69,12 +78,13 @@ def one_or_two_points(single: Any, ends: Any, both: Any, margin: Any, rows: Any)
     ]
 
 
-def write_contact(pairs: Any, contact: Any, tags: Any, normal: Any, points: Any) -> Any:
+def write_contact(pairs: Any, contact: Any, tags: Any, normal: Any, points: Any, room: Any) -> Any:
     """Write the normal and up to four points ``(used, position, depth, feature)``, of which a used one follows only
-    used ones. Returns whether any lane has a point."""
+    used ones; and by how much at least the shapes may come nearer before there are points, where there are none, up to
+    round-off [m]. Returns whether any lane has a point."""
     for k in range(3):
         store(contact, k, normal[k])
-    store(contact, 3, 0)
+    store(contact, ROOM, room)
     rows = load(pairs, 0)
     count = full(rows, 0)
     for k in range(4):

@@ -20,7 +20,7 @@ def sphere_plane(pairs, geometry, place, margin, contact, tags) -> bool:
     up, height, radius = vector(place), load(place, 3), load(place, FIRST)
     zero = full(height, 0)
     points = [_low_point(up, height, radius, (zero, zero, zero), 0, 0, margin)]
-    return write_contact(pairs, contact, tags, vec.neg(up), points)
+    return write_contact(pairs, contact, tags, vec.neg(up), points, -points[0][2] - margin)
 
 
 @simd_kernel
@@ -40,7 +40,7 @@ def capsule_plane(pairs, geometry, place, margin, contact, tags) -> bool:
         _low_point(up, height, radius, low, -rise, first, margin),
         _low_point(up, height, radius, vec.neg(low), rise, 1 - first, margin),
     ]
-    return write_contact(pairs, contact, tags, vec.neg(up), points)
+    return write_contact(pairs, contact, tags, vec.neg(up), points, -points[0][2] - margin)
 
 
 @simd_kernel
@@ -87,7 +87,7 @@ def box_plane(pairs, geometry, place, margin, contact, tags) -> bool:
             (vec.add_scaled(across_near, far, -2), 2 * (rise_near + rise_far) - drop, feature + flip_near + flip_far),
         )
     ]
-    return write_contact(pairs, contact, tags, vec.neg(up), points)
+    return write_contact(pairs, contact, tags, vec.neg(up), points, -points[0][2] - margin)
 
 
 def sum_of(vectors: Any) -> Any:

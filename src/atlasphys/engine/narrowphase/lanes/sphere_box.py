@@ -30,4 +30,5 @@ def sphere_box(pairs, geometry, place, margin, contact, tags) -> bool:
     normal = vec.mat_mul_vec(rotation, vec.select_vec(outside, vec.scale(between, 1 / distance), inside))
     distance = select(outside, distance, -select(by_x, x, select(by_y, y, z)))
     point = vec.scale(normal, 0.5 * (distance + radius))
-    return write_contact(pairs, contact, tags, normal, [(distance - radius < margin, point, radius - distance, 0)])
+    gap = distance - radius
+    return write_contact(pairs, contact, tags, normal, [(gap < margin, point, -gap, 0)], gap - margin)

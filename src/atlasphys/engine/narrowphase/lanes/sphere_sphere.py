@@ -17,7 +17,7 @@ def round_contact(
     depth = radius_a + radius_b - distance
     normal = vec.select_vec(distance > 0, vec.scale(between, 1 / distance), fallback)
     middle = vec.add_scaled(vec.scale(vec.add(on_a, on_b), 0.5), normal, 0.5 * (radius_a - radius_b))
-    return write_contact(pairs, contact, tags, normal, [(depth > -margin, middle, depth, 0)])
+    return write_contact(pairs, contact, tags, normal, [(depth > -margin, middle, depth, 0)], -depth - margin)
 
 
 @simd_kernel
