@@ -15,6 +15,7 @@ from atlasphys.engine.state.state import State
 from atlasphys.errors import InvalidArgumentError
 from atlasphys.world.arguments import LARGEST_COORDINATE
 from atlasphys.world.body import Body
+from atlasphys.world.joint import Joint
 from atlasphys.world.rotation import rotate
 
 if TYPE_CHECKING:
@@ -38,10 +39,13 @@ class Event(NamedTuple):
     """Something that happened during the last step."""
 
     kind: str
-    """``"contact_begin"``, ``"contact_end"``, ``"sleep"`` or ``"wake"``."""
-    a: Body
+    """``"contact_begin"``, ``"contact_end"``, ``"sleep"``, ``"wake"`` or ``"joint_break"``."""
+    a: Body | None
+    """None only where a joint broke that tied a body to the world."""
     b: Body | None = None
-    """The other body of a contact."""
+    """The other body of a contact or joint."""
+    joint: Joint | None = None
+    """The joint that broke."""
 
 
 class Bodies:

@@ -16,6 +16,8 @@ import numpy.typing as npt
 
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.constants import RESTITUTION_THRESHOLD
+from atlasphys.engine.joints.compose import add_joint, break_joints
+from atlasphys.engine.joints.kinds.kind import JointKind
 from atlasphys.engine.manifold.build import COMBINE_RULES
 from atlasphys.engine.run import run
 from atlasphys.engine.shapes.mass import mass_properties
@@ -38,6 +40,7 @@ from atlasphys.world.arguments import (
 )
 from atlasphys.world.body import COEFFICIENTS, RESPONSES, Body
 from atlasphys.world.html import world_html
+from atlasphys.world.joint import Joint, JointInfo, Joints, check_ends, pose_of
 from atlasphys.world.settings import (
     DEFAULT_PRESET,
     LONGEST_RUN,
@@ -71,11 +74,13 @@ class BodyInfo:
 class Snapshot:
     """A world's state at one moment, from :meth:`World.snapshot`. It can be restored any number of times, and pickled."""
 
-    __slots__ = ("_infos", "_pipeline", "_state")
+    __slots__ = ("_infos", "_joint_infos", "_pipeline", "_state")
 
-    def __init__(self, state: State, infos: list[BodyInfo], pipeline: Pipeline) -> None:
+    def __init__(
+        self, state: State, infos: list[BodyInfo], joint_infos: list[JointInfo], pipeline: Pipeline
+    ) -> None:
         self._state = state
-        self._infos = infos
+        self._infos, self._joint_infos = infos, joint_infos
         self._pipeline = pipeline
 
     def __repr__(self) -> str:
@@ -177,6 +182,7 @@ class World:
         )
         self._state = State(PRECISIONS[self._precision], environment)
         self._infos: list[BodyInfo] = []
+        self._joint_infos: list[JointInfo] = []
         self._profile: dict[str, float] = dict.fromkeys(STAGES, 0.0)
         self._tracing = False
         self._trace: list[Records] = []
@@ -440,24 +446,60 @@ class World:
     def _checked_name(self, name: str | None) -> str | None:
         if name is None:
             return None
-        if not isinstance(name, str) or not name or not _is_unicode(name):
-            raise InvalidArgumentError(f"name must be a non-empty string of Unicode text or None (got {name!r})")
+        _check_name(name)
         if any(info.name == name for info in self._infos):
             raise InvalidArgumentError(f"name {name!r} is already taken by another body of this world")
         return name
 
-    def remove(self, body: Body) -> None:
-        """Remove a body. The rows after it move up by one; its handles raise from now on.
+    def remove(self, body: Body | Joint) -> None:
+        """Remove a body, with all its joints, or a joint, which wakes its bodies. The rows after it move up by one; its handles raise from now on.
 
         Raises:
-            InvalidArgumentError: the body belongs to another world.
-            RemovedBodyError: it has been removed before.
+            InvalidArgumentError: the body or joint belongs to another world.
+            RemovedBodyError, RemovedJointError: it has been removed before.
         """
-        if not isinstance(body, Body) or body.world is not self:
-            raise InvalidArgumentError(f"body must be a body of this world (got {body!r})")
+        if not isinstance(body, (Body, Joint)) or body.world is not self:
+            raise InvalidArgumentError(f"body must be a body or joint of this world (got {body!r})")
         row = body.row
-        self._state.remove(row)
+        if isinstance(body, Joint):
+            self._state.joints_changed(row)
+            self._state.joints.keep(np.arange(self._state.joints.count) != row)
+            del self._joint_infos[row]
+            return
+        kept = self._state.remove(row)
         del self._infos[row]
+        self._joint_infos = [info for info, keep in zip(self._joint_infos, kept, strict=True) if keep]
+
+    def join(self, joint: JointKind, *, name: str | None = None) -> Joint:
+        """Join two bodies, or a body and the world, and return the joint's handle.
+
+        Args:
+            joint: what joins them: ``ap.Hinge(a, b, anchor=(0, 1, 0), axis=(0, 1, 0), limits=(-1, 1))``, for instance. docs/joints.md has all kinds.
+                Anchors and axes are said in the world, where the bodies now are, or in the bodies' own axes.
+            name: a name, unique among the joints of the world.
+
+        Raises:
+            InvalidArgumentError: not a joint; its bodies are not of this world, the same, or none of them dynamic; or where they are there can be no
+                such joint. The world is unchanged.
+            RemovedBodyError: one of the bodies has been removed.
+        """
+        if not isinstance(joint, JointKind) or not joint.type:
+            raise InvalidArgumentError(f"joint must be a joint such as ap.Ball(a, b, anchor=(0, 1, 0)) (got {joint!r})")
+        rows = check_ends(self, joint)
+        if name is not None:
+            _check_name(name)
+            if any(info.name == name for info in self._joint_infos):
+                raise InvalidArgumentError(f"name {name!r} is already taken by another joint of this world")
+        kind = dataclasses.replace(joint, a=None, b=None).placed(*(pose_of(self, row) for row in rows))
+        row = add_joint(self._state, kind, (self._generation << 32) + self._serial, rows)
+        self._serial += 1
+        self._joint_infos.append(JointInfo(kind, name))
+        return Joint(self, row)
+
+    @property
+    def joints(self) -> Joints:
+        """All joints, as a sequence of handles and as arrays."""
+        return Joints(self)
 
     @property
     def bodies(self) -> Bodies:
@@ -483,11 +525,8 @@ class World:
         try:
             if self._tracing:
                 self._advance_traced(h, steps)
-            elif is_fused(self._pipeline.solver):
-                self._profile = run(self._state, self._pipeline, h, steps)
             else:
-                for _ in range(steps):
-                    self._profile = step(self._state, self._pipeline, h)
+                self._take_steps(h, steps)
         except DivergedError as error:
             names = tuple(self._infos[row].name or f"body {row}" for row in error.rows)
             shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
@@ -497,6 +536,23 @@ class World:
                 names,
             ) from None
 
+    def _take_steps(self, h: float, steps: int) -> None:
+        """Take steps, as many at a time as the solver can; one by one where joints may break."""
+        state, joints = self._state, self._state.joints
+        if joints.count and not SOLVERS[self._pipeline.solver].joints:
+            able = " and ".join(name for name, solver in SOLVERS.items() if solver.joints)
+            raise InvalidArgumentError(f"{self._pipeline.solver} offers no joints, and the world has {joints.count}; {able} do")
+        together = steps if is_fused(self._pipeline.solver) and not joints.breakable else 1
+        for _ in range(steps // together if steps else 0):
+            if is_fused(self._pipeline.solver):
+                self._profile = run(state, self._pipeline, h, together)
+            else:
+                self._profile = step(state, self._pipeline, h)
+            if joints.count:
+                break_joints(joints)
+                for row in joints.broke:
+                    state.joints_changed(int(row))
+
     def _advance_traced(self, h: float, steps: int) -> None:
         """Take steps one by one and note how each was solved."""
         self._trace = []
@@ -504,10 +560,7 @@ class World:
         for _ in range(steps):
             state.trace = []
             try:
-                if is_fused(self._pipeline.solver):
-                    self._profile = run(state, self._pipeline, h, 1)
-                else:
-                    self._profile = step(state, self._pipeline, h)
+                self._take_steps(h, 1)
                 self._trace.append(trace_of(state))
                 self._sweeps = state.trace
             finally:
@@ -553,7 +606,7 @@ class World:
 
     @property
     def events(self) -> list[Event]:
-        """What happened in the last step: contacts that began and ended, bodies that fell asleep or were woken by a contact. A body that is removed
+        """What happened in the last step: contacts that began and ended, bodies that fell asleep or were woken by a contact, joints that broke. A body that is removed
         takes its contacts with it without an event."""
         state, body = self._state, self._state.colliders.body
         return [
@@ -564,7 +617,7 @@ class World:
             Event(kind, Body(self, int(row)))
             for kind, rows in (("sleep", state.slept), ("wake", state.woke))
             for row in rows
-        ]
+        ] + [Event("joint_break", joint.a, joint.b, joint) for joint in (Joint(self, int(row)) for row in state.joints.broke)]
 
     @property
     def profile(self) -> Mapping[str, float]:
@@ -643,7 +696,7 @@ class World:
 
     def snapshot(self) -> Snapshot:
         """The whole state, exact to the bit: bodies, contacts with their impulses, clock and settings."""
-        return Snapshot(self._state.copy(), list(self._infos), self._pipeline)
+        return Snapshot(self._state.copy(), list(self._infos), list(self._joint_infos), self._pipeline)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot. Handles of bodies that are in it stay good; those of other bodies raise.
@@ -659,6 +712,7 @@ class World:
             raise InvalidArgumentError(f"the snapshot's precision is not this world's, {self.precision!r}")
         self._state = snapshot._state.copy()
         self._infos, self._pipeline = list(snapshot._infos), snapshot._pipeline
+        self._joint_infos = list(snapshot._joint_infos)
         self._start_generation()
 
     def __copy__(self) -> World:
@@ -669,6 +723,7 @@ class World:
         memo[id(self)] = other
         other.__dict__.update(self.__dict__)
         other._state, other._infos, other._watchers = self._state.copy(), list(self._infos), []
+        other._joint_infos = list(self._joint_infos)
         other._start_generation()
         return other
 
@@ -678,6 +733,11 @@ class World:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._start_generation()
+
+
+def _check_name(name: object) -> None:
+    if not isinstance(name, str) or not name or not _is_unicode(name):
+        raise InvalidArgumentError(f"name must be a non-empty string of Unicode text or None (got {name!r})")
 
 
 def _is_unicode(text: str) -> bool:

@@ -21,11 +21,13 @@ class Solver(NamedTuple):
     advance: Callable[[State, Any, float], None] | None
     """Advances a state, whose next manifolds are built, by one step of the given length under the given settings. None: the solver is
     part of the fused step (``engine/run.py``)."""
+    joints: bool = False
+    """Whether it solves joints."""
 
 
 SOLVERS: dict[str, Solver] = {
-    "soft_step": Solver(SoftStep, None),
-    "sequential_impulse": Solver(SequentialImpulse, sequential_impulse.advance),
+    "soft_step": Solver(SoftStep, None, joints=True),
+    "sequential_impulse": Solver(SequentialImpulse, sequential_impulse.advance, joints=True),
     "xpbd": Solver(XPBD, xpbd.advance),
     "avbd": Solver(AVBD, avbd.advance),
 }
