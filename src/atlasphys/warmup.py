@@ -40,7 +40,16 @@ def compile_part(kernel: Callable[..., Any], precision: str) -> None:
 def compile_steps(precision: str) -> None:
     """Compile the default step itself."""
     state = empty_state(precision)
-    arguments = (*run.tables(state), state.contacts, state.workspace.kept, 0, *_rest(state), 0, run.NO_SYNC)
+    arguments = (
+        *run.tables(state),
+        state.contacts,
+        state.workspace.kept,
+        0,
+        *_rest(state),
+        state.workspace.joints.work,
+        0,
+        run.NO_SYNC,
+    )
     run_steps(*arguments)
 
 

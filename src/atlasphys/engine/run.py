@@ -13,6 +13,7 @@ import numpy.typing as npt
 from atlasphys.engine import ahead
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.broadphase.fat_boxes import BOUNDING_RADIUS, shape_bounds
+from atlasphys.engine.broadphase.filters import without_joined
 from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused.constants import Constants
@@ -21,6 +22,10 @@ from atlasphys.engine.fused.response import response_address, response_address_w
 from atlasphys.engine.fused.steps import run_steps
 from atlasphys.engine.islands.colour import COLOURS
 from atlasphys.engine.islands.split import HUB_COLUMNS, MOST_WHOLE
+from atlasphys.engine.joints.addresses import ADDRESSES as JOINT_ADDRESSES
+from atlasphys.engine.joints.addresses import tables_address
+from atlasphys.engine.joints.layout import arguments as joint_arguments
+from atlasphys.engine.joints.layout import lay_out, set_numbers
 from atlasphys.engine.narrowphase.addresses import ADDRESSES
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
 from atlasphys.engine.narrowphase.dispatch import EDGE_LIMITS, KIND_ROUTINES, ROUTINES, with_room
@@ -36,6 +41,7 @@ from atlasphys.engine.solvers.soft_step import SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.blocks import INTEGERS
 from atlasphys.engine.state.bodies import CHANGED, DYNAMIC, KINEMATIC, STATIC
+from atlasphys.engine.state.joint_work import RATIO
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
 from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
 from atlasphys.engine.state.state import Environment, State, tolerances_of
@@ -56,6 +62,8 @@ from atlasphys.engine.state.work import (
     FORCES,
     GENERIC,
     HUBS,
+    JOINT_TABLES,
+    JOINTS,
     KEEPS,
     KINEMATIC_BODIES,
     NEED_BLOCKS,
@@ -88,6 +96,9 @@ MOST_GROWTH = 4.0
 
 MOST_FREQUENCY = 0.15
 """Greatest frequency of contacts, as a share of the number of substeps a second. From 0.17 on pyramids jitter (docs/soft_step.md)."""
+
+MOST_JOINT_FREQUENCY = 0.25
+"""Greatest frequency of joints, as a share of the number of substeps a second."""
 
 STATIC_STIFFENING = 1.0
 """Factor on the frequency of contacts with bodies that are not dynamic. With 2, which other engines use, pyramids jitter from two thirds of that
@@ -154,6 +165,8 @@ class Workspace:
     def __init__(self, state: State, narrowphase: str) -> None:
         self.narrowphase = narrowphase
         self.work = empty_work(state)._replace(routines=KIND_ROUTINES[narrowphase])
+        self.joints = lay_out(state, self.work.active)
+        self.work = self.work._replace(phases=self.joints.phases, linked=self.joints.linked)
         self.work.status[EDGE_LIMIT] = EDGE_LIMITS[narrowphase]
         n = state.count
         bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
@@ -208,6 +221,8 @@ def empty_work(state: State) -> Work:
         generic_starts=np.zeros(len(ROUTINES) + 1, np.int64),
         routines=KIND_ROUTINES["auto"],
         calls=np.zeros(CALLS, np.int64),
+        phases=np.zeros((0, 3), np.int64),
+        linked=np.zeros((0, 2), np.int32),
         times=np.zeros(len(STAGES), np.int64),
         began=np.zeros((1, 2), np.int32),
         ended=np.zeros((1, 2), np.int32),
@@ -238,6 +253,7 @@ def empty_work(state: State) -> Work:
 
 def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
     """Take over new candidate pairs."""
+    pairs = without_joined(pairs, state.joints.apart)
     work, count = state.workspace.work, len(pairs)
     status = work.status
     rows = int(status[OLD_ROWS])
@@ -360,10 +376,27 @@ def find_parts(state: State, values: Constants) -> None:
     response = response_address_with_locks if locks_of(state).any() else response_address
     precision = {"f": "single", "d": "double"}[state.real.char]
     ahead.start({"response": response, "detection": detection_address}, precision)
-    run_steps(*before, state.contacts, space.kept, state.count, fat, values, work, 0, NO_SYNC)
+    run_steps(*before, state.contacts, space.kept, state.count, fat, values, work, space.joints.work, 0, NO_SYNC)
     ahead.wait()
     work.calls[DETECTION] = detection_address(*before, fat, values, work, NO_SYNC)
     work.calls[RESPONSE] = response(*before, fat, values, work, NO_SYNC)
+
+
+def ready_joints(state: State, settings: SoftStep, values: Constants) -> None:
+    """Numbers and code for the joints of a run."""
+    space = state.workspace
+    if len(space.joints.phases) == 0:
+        return
+    h, unit = float(values.h), state.environment.length_unit
+    frequency = min(settings.joint_frequency, MOST_JOINT_FREQUENCY / h)
+    soft = softness(frequency, settings.joint_damping, h)
+    set_numbers(state, space.joints, h, float(values.ratio), soft, settings.push_out_speed * unit)
+    calls, given = space.work.calls, joint_arguments(state, space.joints)
+    for entry, address in [(JOINT_TABLES, tables_address)] + [
+        (JOINTS + kind, JOINT_ADDRESSES[kind]) for kind in sorted(set(space.joints.phases[:, 0].tolist()))
+    ]:
+        if calls[entry] == 0:
+            calls[entry] = address(given)
 
 
 def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
@@ -399,13 +432,15 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     completed = 0
     if space.work.calls[DETECTION] == 0:
         find_parts(state, values)
+    ready_joints(state, settings, values)
     try:
         while True:
             start = time.perf_counter()
             try:
                 with lend_team(pipeline.threads) as sync:
                     answer = run_steps(
-                        *tables(state), state.contacts, space.kept, state.count, space.tree.fat, values, space.work, wanted, sync,
+                        *tables(state), state.contacts, space.kept, state.count, space.tree.fat, values, space.work,
+                        space.joints.work, wanted, sync,
                     )  # fmt: skip
             finally:  # Ctrl-C is heard as soon as the call has returned
                 completed += note_completed(state, completed, h, settings.substeps)
@@ -433,6 +468,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
                 wanted = min(steps, wanted + space.pace)
                 if settings.warm_starting:
                     values = values._replace(ratio=type(values.ratio)(1))
+                    space.joints.work.numbers[RATIO] = 1
             else:
                 break
     except BaseException:
@@ -459,6 +495,7 @@ def note_completed(state: State, completed: int, h: float, substeps: int) -> int
     if more:
         state.steps += more
         state.last_h, state.manifold_count = h / substeps, int(status[OLD_ROWS])
+        state.joints.elapsed = h
     return more
 
 

@@ -140,7 +140,8 @@ class Joint:
     def anchors(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
         """Where its anchors on a and on b now are in the world [m], (3,) each. The joint holds them together, or in the relation that it allows."""
         points = [
-            np.array(to_world(pose, anchor)) for pose, anchor in zip(self._poses(), self.settings.anchors(), strict=True)
+            np.array(to_world(pose, anchor))
+            for pose, anchor in zip(self._poses(), self.settings.anchors(), strict=True)
         ]
         for point in points:
             point.flags.writeable = False
@@ -168,7 +169,9 @@ class Joint:
     spring = _Setting("Spring on its coordinate: ``ap.Elastic(…)`` or None.")
     motor = _Setting("Motor on its coordinate: ``ap.Motor(…)`` or None.")
     friction = _Setting("Greatest force or torque of friction [N, N m].")
-    twist = _Setting("Least and greatest twist of a ball joint [rad], or None. (The present one is ``coordinate('twist')``.)")
+    twist = _Setting(
+        "Least and greatest twist of a ball joint [rad], or None. (The present one is ``coordinate('twist')``.)"
+    )
     cone = _Setting("Greatest angle of a ball joint's swing [rad], or None.")
     target = _Setting("Where a target pulls to [m], (3,).")
     steering = _Setting("Angle by which a wheel is steered [rad].")
@@ -272,7 +275,9 @@ class Joint:
     def _total(self) -> npt.NDArray[np.float64]:
         row, table = self.row, self._world._state.joints
         first = table.rows.first[row]
-        total: npt.NDArray[np.float64] = table.parts.total[first : first + table.rows.parts[row]].sum(axis=0, dtype=np.float64)
+        total: npt.NDArray[np.float64] = table.parts.total[first : first + table.rows.parts[row]].sum(
+            axis=0, dtype=np.float64
+        )
         return total / table.elapsed if table.elapsed > 0 else total
 
     def _poses(self) -> tuple[Pose | None, Pose | None]:
@@ -409,7 +414,9 @@ def check_ends(world: World, kind: JointKind) -> tuple[int, int]:
         elif isinstance(end, Body):
             raise InvalidArgumentError(f"{name} must be a body of this world (got {end!r} of another one)")
         else:
-            raise InvalidArgumentError(f"{name} must be a body of this world, or None for the world itself (got {end!r})")
+            raise InvalidArgumentError(
+                f"{name} must be a body of this world, or None for the world itself (got {end!r})"
+            )
     a, b = rows
     if a == b:
         what = "are both None" if a == WORLD else f"are both {kind.a!r}"
@@ -418,4 +425,3 @@ def check_ends(world: World, kind: JointKind) -> tuple[int, int]:
     if not any(row != WORLD and kinds[row] == DYNAMIC for row in rows):
         raise InvalidArgumentError("one of the two bodies of a joint must be dynamic; these cannot be moved by forces")
     return a, b
-

@@ -23,6 +23,7 @@ from atlasphys.engine.run import run
 from atlasphys.engine.shapes.mass import mass_properties
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.shape import Shape
+from atlasphys.engine.solvers import SOLVERS
 from atlasphys.engine.solvers.residuals import Residuals, Sweep, contact_residuals
 from atlasphys.engine.state.bodies import DYNAMIC, KINDS, STATIC
 from atlasphys.engine.state.state import Environment, State
@@ -76,9 +77,7 @@ class Snapshot:
 
     __slots__ = ("_infos", "_joint_infos", "_pipeline", "_state")
 
-    def __init__(
-        self, state: State, infos: list[BodyInfo], joint_infos: list[JointInfo], pipeline: Pipeline
-    ) -> None:
+    def __init__(self, state: State, infos: list[BodyInfo], joint_infos: list[JointInfo], pipeline: Pipeline) -> None:
         self._state = state
         self._infos, self._joint_infos = infos, joint_infos
         self._pipeline = pipeline
@@ -541,7 +540,9 @@ class World:
         state, joints = self._state, self._state.joints
         if joints.count and not SOLVERS[self._pipeline.solver].joints:
             able = " and ".join(name for name, solver in SOLVERS.items() if solver.joints)
-            raise InvalidArgumentError(f"{self._pipeline.solver} offers no joints, and the world has {joints.count}; {able} do")
+            raise InvalidArgumentError(
+                f"{self._pipeline.solver} offers no joints, and the world has {joints.count}; {able} do"
+            )
         together = steps if is_fused(self._pipeline.solver) and not joints.breakable else 1
         for _ in range(steps // together if steps else 0):
             if is_fused(self._pipeline.solver):
@@ -609,15 +610,22 @@ class World:
         """What happened in the last step: contacts that began and ended, bodies that fell asleep or were woken by a contact, joints that broke. A body that is removed
         takes its contacts with it without an event."""
         state, body = self._state, self._state.colliders.body
-        return [
-            Event(kind, Body(self, int(body[a])), Body(self, int(body[b])))
-            for kind, pairs in (("contact_begin", state.began), ("contact_end", state.ended))
-            for a, b in pairs
-        ] + [
-            Event(kind, Body(self, int(row)))
-            for kind, rows in (("sleep", state.slept), ("wake", state.woke))
-            for row in rows
-        ] + [Event("joint_break", joint.a, joint.b, joint) for joint in (Joint(self, int(row)) for row in state.joints.broke)]
+        return (
+            [
+                Event(kind, Body(self, int(body[a])), Body(self, int(body[b])))
+                for kind, pairs in (("contact_begin", state.began), ("contact_end", state.ended))
+                for a, b in pairs
+            ]
+            + [
+                Event(kind, Body(self, int(row)))
+                for kind, rows in (("sleep", state.slept), ("wake", state.woke))
+                for row in rows
+            ]
+            + [
+                Event("joint_break", joint.a, joint.b, joint)
+                for joint in (Joint(self, int(row)) for row in state.joints.broke)
+            ]
+        )
 
     @property
     def profile(self) -> Mapping[str, float]:

@@ -3,7 +3,7 @@
 from atlasphys.engine.islands.colour import COLOURS, beside
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.simd import LANES
-from atlasphys.engine.simd.address import address_call
+from atlasphys.engine.simd.address import address_call, call_address
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
 from atlasphys.engine.solvers.locked import follow_turn
@@ -11,12 +11,16 @@ from atlasphys.engine.solvers.parts import give_back, hand_out, join_parts, take
 from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
 from atlasphys.engine.state.blocks import COUNT, MANIFOLD, ROLLS
+from atlasphys.engine.state.joint_work import FIRST, PREPARE, RELAX, SOLVE, START, STOP, TYPE
 from atlasphys.engine.state.manifolds import RESTITUTION, ROLLING, TORSIONAL
 from atlasphys.engine.state.work import (
     BOUNCES,
     BROKEN,
     COLOURED,
     HUBS,
+    JOINT_DATA,
+    JOINT_TABLES,
+    JOINTS,
     PARITY,
     PLAIN,
     TUMBLING,
@@ -244,6 +248,31 @@ def store_contacts(new, work, member):
 
 
 @routine
+def prepare_joints(work, member):
+    """Write the blocks of all joints."""
+    if len(work.phases) > 0:
+        first, stop = share(0, work.phases[-1, STOP], member)
+        call_address(work.calls[JOINT_TABLES], work.calls[JOINT_DATA], PREPARE, first, stop)
+
+
+@routine
+def visit_joints(mode, work, member):
+    """One pass over all joints: START, SOLVE or RELAX. Those that few blocks hold are the leader's."""
+    phases = work.phases
+    data = work.calls[JOINT_DATA + (1 if work.status[HUBS] > 0 else 0)]
+    for p in range(len(phases)):
+        first, stop = phases[p, FIRST], phases[p, STOP]
+        alone = stop - first < FEW_BLOCKS
+        goes_on = alone and p + 1 < len(phases) and phases[p + 1, STOP] - phases[p + 1, FIRST] < FEW_BLOCKS
+        if not alone:
+            first, stop = share(first, stop, member)
+        if not alone or member.rank == 0:
+            call_address(work.calls[JOINTS + phases[p, TYPE]], data, mode, first, stop)
+        if not goes_on:
+            meet(member)
+
+
+@routine
 def respond(bodies, locked, constants, new, work, member):
     """The solver stage: impulses and motion in all substeps. Each member does its share of every loop."""
     motion, geometry, inverse_mass, drives, h = (
@@ -262,6 +291,7 @@ def respond(bodies, locked, constants, new, work, member):
                 constants.gravity, h,
             )  # fmt: skip
     prepare_contacts(locked, inverse_mass, constants, new, work, member)
+    prepare_joints(work, member)
     meet(member)
     if status[BOUNCES]:
         bounce_contacts(locked, motion, inverse_mass, drives, constants, new, work, member)
@@ -271,8 +301,10 @@ def respond(bodies, locked, constants, new, work, member):
             for block in range(first, stop):
                 gain_speed(block, rows, motion, drives)
         meet(member)
+        visit_joints(START, work, member)
         hand_out(motion, inverse_mass, drives, work, member)
         start_contacts(locked, motion, inverse_mass, work, member)
+        visit_joints(SOLVE, work, member)
         hand_out(motion, inverse_mass, drives, work, member)
         solve_contacts(False, locked, motion, inverse_mass, constants.soft, work, member)
         first, stop = share(0, status[PLAIN], member)
@@ -286,6 +318,7 @@ def respond(bodies, locked, constants, new, work, member):
             if member.rank == 0:
                 follow_turn(locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
             meet(member)
+        visit_joints(RELAX, work, member)
         hand_out(motion, inverse_mass, drives, work, member)
         solve_contacts(True, locked, motion, inverse_mass, constants.soft, work, member)
     store_contacts(new, work, member)

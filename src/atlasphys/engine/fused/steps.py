@@ -22,8 +22,9 @@ from atlasphys.engine.islands.split import MOST_CONTACTS, deal_contacts, find_hu
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.narrowphase.apart import add_travel
 from atlasphys.engine.simd import LANES
-from atlasphys.engine.simd.address import address_call
+from atlasphys.engine.simd.address import address_call, call_address
 from atlasphys.engine.simd.atomic import now
+from atlasphys.engine.state.joint_work import KEEP_RESULTS
 from atlasphys.engine.state.manifolds import DEPTH, POINT_COLUMNS
 from atlasphys.engine.state.pose import refresh
 from atlasphys.engine.state.work import (
@@ -47,6 +48,8 @@ from atlasphys.engine.state.work import (
     GENERIC_DATA,
     HUBS,
     ISLANDS,
+    JOINT_DATA,
+    JOINT_TABLES,
     KEEPS,
     KINEMATIC_BODIES,
     LEFT,
@@ -155,7 +158,7 @@ def rest(bodies, colliders, count, constants, new, work):
                 constants.h * constants.substeps, bodies.rest,
             )  # fmt: skip
         status[SLEPT] = put_to_sleep(
-            new.a, new.b, work.live, status[LIVE], colliders.body, bodies.kind, bodies.island, bodies.rest, bodies.motion,
+            new.a, new.b, work.live, status[LIVE], colliders.body, work.linked, bodies.kind, bodies.island, bodies.rest, bodies.motion,
             work.active, count, work.parent, work.ready,
         )  # fmt: skip
         if status[SLEPT]:
@@ -236,13 +239,14 @@ def note_time(times, stage, since):
 
 @kernel
 def run_steps(
-    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, count, fat, constants, work, steps, sync
+    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, count, fat, constants, work, joints, steps, sync
 ):  # fmt: skip
     """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
 
     ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0;
     each step builds
     the next ones in the other table. ``sync`` is that of the team of threads (team.py) that share the work; ``work.lanes`` has scratch for each.
+    ``joints`` is the working memory of joints (state/joint_work.py).
     """
     status = work.status
     arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
@@ -251,6 +255,12 @@ def run_steps(
     sync[CODE + COLLIDE], sync[CODE + ADVANCE] = work.calls[DETECTION], work.calls[RESPONSE]
     generic_arguments = (work.generic_rows, bodies, colliders, shapes, constants.margin, contacts)
     work.calls[GENERIC_DATA] = address_call(no_call, generic_arguments)[1]
+    whole = (bodies.motion, bodies.geometry, bodies.inverse_mass, bodies.center, joints)
+    split = (work.motion, bodies.geometry, work.inverse_mass, bodies.center, joints)
+    work.calls[JOINT_DATA], work.calls[JOINT_DATA + 1] = (
+        address_call(no_call, whole)[1],
+        address_call(no_call, split)[1],
+    )
     time = now()
     while status[DONE] < steps:
         if status[PARITY] == 0:
@@ -292,7 +302,7 @@ def run_steps(
         live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
         if status[SLEEPS]:
             status[WOKEN] += wake_touched(
-                new.a, new.b, work.live, live, colliders.body, bodies.kind, bodies.island, bodies.rest, work.active, count,
+                new.a, new.b, work.live, live, colliders.body, work.linked, bodies.kind, bodies.island, bodies.rest, work.active, count,
                 work.ready, work.island_before, work.rest_before,
             )  # fmt: skip
             if status[WOKEN]:
@@ -306,9 +316,12 @@ def run_steps(
         status[WRONG] = -1
         body_work = (status[PLAIN] + status[TUMBLING]) // BODIES_EACH
         time = note_time(work.times, ISLANDS, time)
-        do_task(sync, ADVANCE, (status[BLOCKS_ONE] + status[BLOCKS_MANY]) // CONTACTS_EACH + body_work)
+        contact_work = (status[BLOCKS_ONE] + status[BLOCKS_MANY] + len(joints.blocks)) // CONTACTS_EACH
+        do_task(sync, ADVANCE, contact_work + body_work)
         if status[BROKEN]:
             return DIVERGED
+        if len(joints.blocks) > 0:
+            call_address(work.calls[JOINT_TABLES], work.calls[JOINT_DATA], KEEP_RESULTS, 0, len(joints.blocks))
         time = note_time(work.times, SOLVER, time)
         rest(bodies, colliders, count, constants, new, work)
         do_task(sync, REMEMBER, body_work)

@@ -76,9 +76,7 @@ def write_joint(state: State, row: int, kind: JointKind, parts: list[Part]) -> N
     state.joints_changed(row)
 
 
-def write_part(
-    parts: Parts, p: int, part: Part, arms: list[Vector], body: npt.NDArray[np.int32]
-) -> None:
+def write_part(parts: Parts, p: int, part: Part, arms: list[Vector], body: npt.NDArray[np.int32]) -> None:
     """Write one part. ``arms`` are its anchors from the centres of mass; of the world, they are where they are."""
     numbers = parts.settings[p]
     parts.type[p] = part.type

@@ -81,4 +81,3 @@ def double_angle(c: Any, s: Any) -> Any:
     for k in range(9, -1, -1):
         series = 1 / (2 * k + 1) - square * series
     return 16 * t * series
-

@@ -19,7 +19,9 @@ from atlasphys.engine.state.state import State
 def ends_of(state: State, row: int, part: Part, anchors: tuple[Vector, Vector]) -> tuple[Ends, list[Any]]:
     """The ends of a part of a joint, and the velocities v_a, ω_a, v_b, ω_b of the two bodies. All numbers are arrays of length 1."""
     points, arms, frames, velocities = [], [], [], []
-    for end, anchor, frame in zip(state.joints.rows.body[row].tolist(), anchors, (part.frame_a, part.frame_b), strict=True):
+    for end, anchor, frame in zip(
+        state.joints.rows.body[row].tolist(), anchors, (part.frame_a, part.frame_b), strict=True
+    ):
         position, turned, center, motion = (0.0, 0.0, 0.0), IDENTITY, (0.0, 0.0, 0.0), np.zeros(6)
         if end != WORLD:
             bodies = state.bodies

@@ -122,7 +122,9 @@ class Part(NamedTuple):
         return limited or self.elastic is not None or self.motor is not None or self.friction > 0
 
 
-def driven(part: Part, limits: tuple[float, float] | None, spring: Elastic | None, motor: Motor | None, friction: float) -> list[Part]:
+def driven(
+    part: Part, limits: tuple[float, float] | None, spring: Elastic | None, motor: Motor | None, friction: float
+) -> list[Part]:
     """An axial part with limits, a spring, a motor and friction; none if there is nothing of all this."""
     elastic = spring if motor is None or motor.elastic is None else motor.elastic
     speed = motor if motor is not None and motor.speed is not None else None

@@ -109,7 +109,9 @@ def combined(rows: list[Row], impulses: list[Any]) -> Row:
     return total
 
 
-def pushed(push: Row, v_a: Any, w_a: Any, v_b: Any, w_b: Any, m_a: Any, inertia_a: Any, m_b: Any, inertia_b: Any) -> Any:
+def pushed(
+    push: Row, v_a: Any, w_a: Any, v_b: Any, w_b: Any, m_a: Any, inertia_a: Any, m_b: Any, inertia_b: Any
+) -> Any:
     """Velocities after the impulses ``push``: v_a, ω_a, v_b, ω_b."""
     return (
         tuple(map(minus, v_a, weighted(m_a, push.push_a))),

@@ -24,7 +24,10 @@ class SoftStep:
         contact_frequency: stiffness of contacts as the frequency of a spring [Hz]; at most 0.15 of the number of substeps a second is used.
             Larger: less overlap under load, but then more substeps must go with it.
         contact_damping: damping ratio of that spring. Smaller: overlaps are pushed out faster, and overshoot below 1.
-        push_out_speed: greatest speed at which overlap is pushed out [m/s], for a length unit of 1 m.
+        push_out_speed: greatest speed at which overlap is pushed out [m/s], for a length unit of 1 m; and at which errors of joints are taken back.
+        joint_frequency: stiffness of joints as the frequency of a spring [Hz]; at most a quarter of the number of substeps a second is used.
+            Larger: joints stretch less, and chains of heavy on light bodies may tremble.
+        joint_damping: damping ratio of that spring. Smaller: errors are taken back faster.
         warm_starting: start from the impulses of the last substep. Without it stacks sag.
         contact_recycling: keep the contact points of pairs that have barely moved since they were last collided (docs/soft_step.md). Tall stacks
             stand only with it; without it every pair is collided in every step and angular momentum is exact.
@@ -45,6 +48,8 @@ class SoftStep:
     contact_frequency: float = 34.0
     contact_damping: float = 10.0
     push_out_speed: float = 3.0
+    joint_frequency: float = 60.0
+    joint_damping: float = 2.0
     warm_starting: bool = True
     contact_recycling: bool = True
     recycle_slip: float = 0.02
@@ -59,6 +64,8 @@ class SoftStep:
             ("contact_frequency", 0.01, 1e5),
             ("contact_damping", 0.0, 1e3),
             ("push_out_speed", 0.0, 1e6),
+            ("joint_frequency", 0.01, 1e5),
+            ("joint_damping", 0.0, 1e3),
             ("recycle_slip", 0.0, 1.0),
             ("recycle_speed", 0.0, 1e6),
             ("recycle_turn", 0.0, 0.5),

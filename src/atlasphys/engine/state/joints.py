@@ -37,7 +37,10 @@ SPRING_FORCE = 20  # greatest force of the spring [N, N m]
 SPEED, MOTOR_FORCE = 21, 22  # what the motor drives the coordinate's rate to, and its greatest force
 FRICTION_FORCE = 23  # greatest force of friction
 RATIO_A, RATIO_B = 24, 25  # how the motions of a and of b count in a coupling or pulley
-TURNS_A, TURNS_B = 26, 27  # whether a coupling counts a's, b's rotation about the axis (1), or its translation along it (0)
+TURNS_A, TURNS_B = (
+    26,
+    27,
+)  # whether a coupling counts a's, b's rotation about the axis (1), or its translation along it (0)
 SETTING_COLUMNS = 32
 
 # Columns of ``Parts.impulse``

@@ -11,6 +11,7 @@ from atlasphys.engine.jit import routine
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.arrays import aligned_zeros
+from atlasphys.engine.state.joints import PART_TYPES
 
 # Entries of ``Work.status``
 PHASE = 0  # where in a step to go on
@@ -46,7 +47,10 @@ ENTRIES = 33
 # Entries of ``Work.calls``, after those of the routines for rarer pairs
 GENERIC_DATA = 3  # what these are called with
 DETECTION, RESPONSE = 4, 5  # see fused/
-CALLS = 6
+JOINT_DATA = 6  # what the following are called with; and what they are called with where bodies are split
+JOINT_TABLES = 8  # what prepares joints and stores their impulses, see joints/addresses.py
+JOINTS = 9  # and following: what visits parts of each type
+CALLS = JOINTS + PART_TYPES
 
 # Entries of ``Work.times``: the places in ``step.STAGES``. Pairs go from the narrow phase to manifolds in blocks, and are counted with it.
 BROADPHASE, NARROWPHASE, ISLANDS, SOLVER, FINISH = 0, 1, 3, 4, 6
@@ -144,6 +148,10 @@ class Work(NamedTuple):
     calls: npt.NDArray[np.int64]
     """(CALLS,) addresses of the three routines of narrowphase/addresses.py, 0: not known; of their arguments; and of the parts of
     the step that are compiled apart."""
+    phases: npt.NDArray[np.int64]
+    """(phases, 3) what is visited of joints at a time, see joints/layout.py."""
+    linked: npt.NDArray[np.int32]
+    """(n, 2) bodies that are joined and sleep together."""
     times: npt.NDArray[np.int64]
     """Time spent in each stage in this call [ns]."""
     began: npt.NDArray[np.int32]

@@ -176,4 +176,14 @@ class Pulley(JointKind):
         """A pulley."""
         assert self.length is not None
         lower = self.length if self.taut else float("-inf")
-        return [Part(PULLEY, IDENTITY, IDENTITY, lower, self.length, ratio=(1.0, self.ratio), hung=(self.ground_a, self.ground_b))]
+        return [
+            Part(
+                PULLEY,
+                IDENTITY,
+                IDENTITY,
+                lower,
+                self.length,
+                ratio=(1.0, self.ratio),
+                hung=(self.ground_a, self.ground_b),
+            )
+        ]

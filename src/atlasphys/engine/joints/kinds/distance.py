@@ -87,7 +87,9 @@ class Distance(_Between):
             return self
         length = self.present_length(a, b)
         if length < 1e-6:
-            raise InvalidArgumentError("the two points of a Distance are at the same place: give its length or limits, or other anchors")
+            raise InvalidArgumentError(
+                "the two points of a Distance are at the same place: give its length or limits, or other anchors"
+            )
         return replace(self, length=length)
 
     def parts(self) -> list[Part]:

@@ -221,7 +221,9 @@ def check_axial(joint: Any, least: float, most: float) -> None:
 def check_drive(spring: Elastic | None, motor: Motor | None) -> None:
     """Refuse a spring beside a motor that drives to a position."""
     if spring is not None and motor is not None and motor.position is not None:
-        raise InvalidArgumentError("a motor that drives to a position takes the place of the spring: give one of the two")
+        raise InvalidArgumentError(
+            "a motor that drives to a position takes the place of the spring: give one of the two"
+        )
 
 
 def perpendicular(name: str, u: Vector, v: Vector) -> Vector:

@@ -76,7 +76,10 @@ class SixDof(Framed):
         """What is locked together is a point, a line or a translation of no range; likewise a lock, an axis, or a rotation of no range."""
         parts: list[Part] = []
         held: list[Part] = []
-        for names, axial, pair, all_three in ((ROTATIONS, ROTATION, AXIS, LOCK), (TRANSLATIONS, TRANSLATION, LINE, POINT)):
+        for names, axial, pair, all_three in (
+            (ROTATIONS, ROTATION, AXIS, LOCK),
+            (TRANSLATIONS, TRANSLATION, LINE, POINT),
+        ):
             locked = [k for k, name in enumerate(names) if getattr(self, name) == "locked"]
             for k, name in enumerate(names):
                 if k not in locked:

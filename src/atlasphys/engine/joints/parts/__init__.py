@@ -17,7 +17,19 @@ from atlasphys.engine.joints.parts import (
 )
 from atlasphys.engine.state.joints import AXIS, CONE, COUPLING, CROSS, FIRST_BLOCK_TYPE, LOCK, ROTATION
 
-PARTS: tuple[ModuleType, ...] = (rotation, cone, cross, coupling, pulley, translation, distance, axis, lock, line, point)
+PARTS: tuple[ModuleType, ...] = (
+    rotation,
+    cone,
+    cross,
+    coupling,
+    pulley,
+    translation,
+    distance,
+    axis,
+    lock,
+    line,
+    point,
+)
 """By type, see ``state/joints.py``."""
 
 TURNING = frozenset({ROTATION, CONE, CROSS, COUPLING, AXIS, LOCK})

@@ -1,0 +1,159 @@
+"""Where the parts of joints lie for the solver: colours, and blocks of eight parts of a type.
+
+Joints of one colour share no body that impulses move, so that eight of them at a time, and all of them on several threads, can be solved. Each joint
+takes the lowest colour that neither of its bodies has used yet, in the order in which they were made. A *phase* is what is visited at a time: the
+blocks of a type and colour. The parts of a joint have its colour and are visited in the order of their types.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from atlasphys.engine.joints.elastic import coefficients
+from atlasphys.engine.simd import LANES
+from atlasphys.engine.state.arrays import aligned_zeros
+from atlasphys.engine.state.bodies import DYNAMIC
+from atlasphys.engine.state.joint_work import (
+    FASTEST,
+    INVERSE_H,
+    JOINT_FIELDS,
+    JOINT_INTEGERS,
+    KEEP,
+    MASS,
+    NUMBERS,
+    PART,
+    PULL,
+    RATIO,
+    ROW_A,
+    ROW_B,
+    TIED_A,
+    TIED_B,
+    H,
+    JointWork,
+)
+from atlasphys.engine.state.joints import (
+    DAMPING,
+    FIRST_BLOCK_TYPE,
+    FREQUENCY,
+    FRICTION_FORCE,
+    PULLEY,
+    SPRING_FORCE,
+    SPRING_KEEP,
+    SPRING_MASS,
+    WORLD,
+    JointTable,
+)
+from atlasphys.engine.state.state import State
+
+
+class Layout(NamedTuple):
+    """What follows from which joints act."""
+
+    work: JointWork
+    phases: npt.NDArray[np.int64]
+    """(phases, 3) type, first block and the one past the last, in the order of visits."""
+    linked: npt.NDArray[np.int32]
+    """(n, 2) bodies that sleep and wake together."""
+
+
+def colours(body: npt.NDArray[np.int32], moves: npt.NDArray[np.bool_]) -> npt.NDArray[np.int32]:
+    """Colour of each joint of a list, (n,). ``body`` (n, 2) are its bodies, ``moves`` says which bodies impulses move."""
+    used: dict[int, int] = {}
+    result = np.zeros(len(body), np.int32)
+    for i, ends in enumerate(body.tolist()):
+        ends = [end for end in ends if end != WORLD and moves[end]]
+        taken = 0
+        for end in ends:
+            taken |= used.get(end, 0)
+        bit = ~taken & (taken + 1)  # the lowest bit that is not set
+        result[i] = bit.bit_length() - 1
+        for end in ends:
+            used[end] = used.get(end, 0) | bit
+    return result
+
+
+def lay_out(state: State, active: npt.NDArray[np.uint8]) -> Layout:
+    """Blocks for the joints that act. ``active`` (bodies,) will say in each step which bodies are awake."""
+    table = state.joints
+    moves = state.bodies.kind[: max(state.count, 1)] == DYNAMIC
+    acting = np.flatnonzero(table.active)
+    colour = np.zeros(table.count, np.int32)
+    colour[acting] = colours(table.rows.body[acting], moves)
+    parts = np.flatnonzero(table.active[table.parts.joint[: table.part_count]])
+    joint, kind = table.parts.joint[parts], table.parts.type[parts]
+    order = np.lexsort((parts, kind, colour[joint]))
+    parts, joint, kind = parts[order], joint[order], kind[order]
+    key = colour[joint].astype(np.int64) * 64 + kind
+    firsts = np.flatnonzero(np.diff(key, prepend=-1)) if len(key) else np.zeros(0, np.int64)
+    sizes = np.diff(firsts, append=len(key))
+    stops = np.cumsum(-(-sizes // LANES))
+    starts = stops - -(-sizes // LANES)
+    phases = np.stack([kind[firsts], starts, stops], axis=1).astype(np.int64)
+    blocks = int(stops[-1]) if len(stops) else 0
+    within = np.arange(len(key)) - np.repeat(firsts, sizes)
+    block, lane = np.repeat(starts, sizes) + within // LANES, within % LANES
+    integers = aligned_zeros((blocks, JOINT_INTEGERS, LANES), np.int32)
+    body = table.rows.body[joint]
+    some = body.max(axis=1, initial=0)  # in the place of the world: the other body
+    integers[block, ROW_A, lane] = np.where(body[:, 0] == WORLD, some, body[:, 0])
+    integers[block, ROW_B, lane] = np.where(body[:, 1] == WORLD, some, body[:, 1])
+    integers[block, TIED_A, lane], integers[block, TIED_B, lane] = (body != WORLD).T
+    integers[block, PART, lane] = parts
+    p = table.parts
+    return Layout(
+        work=JointWork(
+            integers=integers,
+            blocks=aligned_zeros((blocks, JOINT_FIELDS, LANES), state.real),
+            numbers=aligned_zeros((NUMBERS, LANES), state.real),
+            hung=(p.type == PULLEY).astype(np.uint8),
+            base=p.base,
+            settings=p.settings,
+            impulse=p.impulse,
+            total=p.total,
+            active=active,
+            moves=moves.astype(np.uint8),
+        ),
+        phases=phases,
+        linked=table.linked,
+    )
+
+
+def set_numbers(
+    state: State, layout: Layout, h: float, ratio: float, soft: tuple[float, float], fastest: float
+) -> None:
+    """Set what depends on the length h of a substep [s]. ``soft`` are rate [1/s] and mass scale of rigid parts, ``fastest`` the greatest speed at which
+    their errors are corrected; ``ratio`` scales last step's impulses."""
+    rate, mass = soft
+    numbers = layout.work.numbers
+    for entry, value in (
+        (H, h),
+        (INVERSE_H, 1 / h),
+        (RATIO, ratio),
+        (MASS, mass),
+        (PULL, mass * rate),
+        (KEEP, 1 - mass),
+        (FASTEST, fastest),
+    ):
+        numbers[entry] = value
+    set_springs(state.joints, h)
+
+
+def set_springs(table: JointTable, h: float) -> None:
+    """Bring the springs' coefficients up to date for substeps of h seconds."""
+    n = table.part_count
+    parts = table.parts
+    soft = coefficients(parts.elastic[:n, FREQUENCY], parts.elastic[:n, DAMPING], h)
+    # Friction of a block is a spring that stops but does not pull.
+    rubs = (parts.type[:n] >= FIRST_BLOCK_TYPE) & (parts.settings[:n, FRICTION_FORCE] > 0)
+    soft[:, rubs] = np.array([[1.0], [0.0], [0.0]])
+    parts.settings[:n, SPRING_MASS : SPRING_KEEP + 1] = soft.T
+    parts.settings[:n, SPRING_FORCE][rubs] = parts.settings[:n, FRICTION_FORCE][rubs]
+
+
+def arguments(state: State, layout: Layout) -> tuple[Any, ...]:
+    """What the visits of ``addresses.py`` take."""
+    bodies = state.bodies
+    return bodies.motion, bodies.geometry, bodies.inverse_mass, bodies.center, layout.work
