@@ -1,19 +1,26 @@
 """Springs with dampers whose steps are exact.
 
-In a substep of length h the solver takes v₁ = α v₀ − β C₀ and C₁ = C₀ + h v₁ (semi-implicit Euler). That is a linear map of (C, v); its eigenvalues are
-those of the damped oscillator C̈ + 2 ζ ω Ċ + ω² C = 0 over the time h, e^{(−ζ ± √(ζ² − 1)) ω h}, if its determinant and trace are theirs:
+In a substep of length h a spring changes the rate v of its coordinate C from v₀ to v₁ = α v₀ − β C₀, and then C₁ = C₀ + h v₁ (semi-implicit Euler). That
+is a linear map of (C, v). Its eigenvalues are those of the damped oscillator C̈ + 2 ζ ω Ċ + ω² C = 0 over the time h, e^{(−ζ ± √(ζ² − 1)) ω h}, if its
+determinant and trace are theirs:
 
-    α = e^{−2 ζ ω h},   1 + α − h β = e^{−ζ ω h} 2 cosh(√(ζ² − 1) ω h)   (cos(√(1 − ζ²) ω h), where ζ < 1).
+    α = e^{−2 ζ ω h},   h β = 1 + α − e^{−ζ ω h} 2 cosh(√(ζ² − 1) ω h)     (cos(√(1 − ζ²) ω h), where ζ < 1).
 
-So a spring by itself has the frequency and the decay that were asked for, to round-off, whatever the step (an implicit Euler step of the same spring
-loses an energy of ω h / 2 of the damping ratio besides). As an impulse that other constraints take part in, with K the inverse of the mass,
+So a spring by itself has the frequency and the decay that were asked for, to round-off, whatever the step. (An implicit Euler step of it would add
+ω h / 2 to ζ.) Under a constant acceleration a it is to stretch by a / ω². The velocity a h that this gives in a substep is damped too, as far as the
+damper sees v₁ rather than v₀; so the damper acts on both: v₁ = u − p v₀ − q u − β C₀, where u is the velocity without the spring, p + q = 1 − α,
+and q = 1 − β / (ω² h).
 
-    Δλ = −K⁻¹ ((1 − α) v + β C) − α λ,
+As an impulse that other constraints take part in, with K the inverse of the mass and v the velocity that the present impulse λ is part of,
 
-of which v₁ above is the fixed point: a soft constraint (E. Catto, "Soft Constraints", GDC 2011) with other coefficients.
+    λ ← −K⁻¹ (p v₀ + q v + β C) + q λ,
+
+a soft constraint (E. Catto, "Soft Constraints", GDC 2011) with other coefficients. Springs on vectors (soft points and locks) take p = 0, q = 1 − α.
 
 Only + − × ÷ √: exponentials of the system's library differ in their last bits between systems.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,34 +34,47 @@ PI = 3.141592653589793
 Numbers = npt.NDArray[np.float64]
 
 
-def exponential(x: Numbers) -> Numbers:
-    """e^−x for x ≥ 0, to 1e-13."""
+class Coefficients(NamedTuple):
+    """Of springs, (n,) each."""
+
+    alpha: Numbers
+    beta: Numbers
+    """[1/s]"""
+    p: Numbers
+    q: Numbers
+
+
+def decay(x: Numbers) -> Numbers:
+    """1 − e^−x for x ≥ 0, with a relative error below 1e-13: its series at x / 1024, then 1 − e^−2y from 1 − e^−y."""
     y = np.minimum(x, 600.0) / 1024
-    result = np.ones_like(y)
-    for k in range(14, 0, -1):
-        result = 1 - result * y / k
+    series = np.ones_like(y)
+    for k in range(14, 1, -1):
+        series = 1 - series * y / k
+    result = series * y
     for _ in range(10):
-        result = result * result
+        result = result * (2 - result)
     return result
 
 
-def cosine(x: Numbers) -> Numbers:
-    """cos x for 0 ≤ x ≤ 1.5, to 1e-16."""
-    result = np.ones_like(x)
-    for k in range(24, 0, -2):
-        result = 1 - result * x * x / (k * (k - 1))
-    return result
+def versine(x: Numbers) -> Numbers:
+    """1 − cos x for 0 ≤ x ≤ 1.5, with a relative error below 1e-15."""
+    series = np.ones_like(x)
+    for k in range(24, 2, -2):
+        series = 1 - series * x * x / (k * (k - 1))
+    return 0.5 * x * x * series
 
 
-def coefficients(frequency: Numbers, damping: Numbers, h: float) -> Numbers:
-    """1 − α, β [1/s] and α of springs, (3, n), for a substep of h seconds. Where the frequency is negative there is no spring: −1, 0, 0."""
-    x = 2 * PI * np.clip(frequency * h, 0, MOST_FREQUENCY)
+def coefficients(frequency: Numbers, damping: Numbers, h: float) -> Coefficients:
+    """Coefficients of springs for a substep of h seconds. ``frequency`` [Hz] is more than 0."""
+    x = 2 * PI * np.minimum(frequency * h, MOST_FREQUENCY)
     z = damping * x
-    alpha = exponential(2 * z)
     under = damping < 1
-    root = np.sqrt(np.abs(1 - damping * damping)) * x
-    slow = exponential(np.where(under, 0, z - root)) + exponential(z + root)
-    trace = np.where(under, 2 * exponential(z) * cosine(np.where(under, root, 0)), slow)
-    present = frequency >= 0
-    beta = np.where(present, (1 + alpha - trace) / h, 0)
-    return np.stack([np.where(present, 1 - alpha, -1), beta, np.where(present, alpha, 0)])
+    root = np.sqrt(np.abs(1 - damping * damping))
+    slow = x / (damping + root)  # ζ − √(ζ² − 1) without cancellation
+    lost = decay(z)
+    swinging = lost * lost + 2 * (1 - lost) * versine(np.where(under, root * x, 0))
+    creeping = decay(np.where(under, 0, slow)) * decay(np.where(under, 0, z + root * x))
+    pull = np.where(under, swinging, creeping)
+    total = decay(2 * z)
+    q = 1 - pull / (x * x)
+    return Coefficients(1 - total, pull / h, total - q, q)

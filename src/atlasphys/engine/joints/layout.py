@@ -2,7 +2,7 @@
 
 Joints of one colour share no body that impulses move, so that eight of them at a time, and all of them on several threads, can be solved. Each joint
 takes the lowest colour that neither of its bodies has used yet, in the order in which they were made. A *phase* is what is visited at a time: the
-blocks of a type and colour. The parts of a joint have its colour and are visited in the order of their types.
+blocks of a type and colour (of a joint with two parts of a type, two phases). The parts of a joint have its colour and are visited in the order of their types.
 """
 
 from __future__ import annotations
@@ -39,10 +39,12 @@ from atlasphys.engine.state.joints import (
     FIRST_BLOCK_TYPE,
     FREQUENCY,
     FRICTION_FORCE,
+    PART_TYPES,
     PULLEY,
+    SPRING_BEFORE,
     SPRING_FORCE,
-    SPRING_KEEP,
     SPRING_MASS,
+    SPRING_PULL,
     WORLD,
     JointTable,
 )
@@ -83,10 +85,14 @@ def lay_out(state: State, active: npt.NDArray[np.uint8]) -> Layout:
     colour = np.zeros(table.count, np.int32)
     colour[acting] = colours(table.rows.body[acting], moves)
     parts = np.flatnonzero(table.active[table.parts.joint[: table.part_count]])
+    parts = parts[np.lexsort((table.parts.type[parts], table.parts.joint[parts]))]
     joint, kind = table.parts.joint[parts], table.parts.type[parts]
-    order = np.lexsort((parts, kind, colour[joint]))
-    parts, joint, kind = parts[order], joint[order], kind[order]
-    key = colour[joint].astype(np.int64) * 64 + kind
+    again = np.zeros(len(parts), np.int64)  # parts of one type of one joint are visited one after the other
+    while (repeated := (joint[1:] == joint[:-1]) & (kind[1:] == kind[:-1]) & (again[1:] <= again[:-1])).any():
+        again[1:][repeated] = again[:-1][repeated] + 1
+    key = (colour[joint] * np.int64(PART_TYPES) + kind) * 8 + again
+    order = np.argsort(key, kind="stable")
+    parts, joint, kind, key = parts[order], joint[order], kind[order], key[order]
     firsts = np.flatnonzero(np.diff(key, prepend=-1)) if len(key) else np.zeros(0, np.int64)
     sizes = np.diff(firsts, append=len(key))
     stops = np.cumsum(-(-sizes // LANES))
@@ -145,12 +151,18 @@ def set_springs(table: JointTable, h: float) -> None:
     """Bring the springs' coefficients up to date for substeps of h seconds."""
     n = table.part_count
     parts = table.parts
-    soft = coefficients(parts.elastic[:n, FREQUENCY], parts.elastic[:n, DAMPING], h)
+    settings, kind = parts.settings[:n], parts.type[:n]
+    springs = np.flatnonzero(parts.elastic[:n, FREQUENCY] > 0)
+    soft = coefficients(parts.elastic[springs, FREQUENCY], parts.elastic[springs, DAMPING], h)
+    block = kind[springs] >= FIRST_BLOCK_TYPE
+    settings[:, SPRING_MASS] = -1
+    settings[springs, SPRING_MASS] = np.where(block, 1 - soft.alpha, soft.q)
+    settings[springs, SPRING_PULL] = soft.beta
+    settings[springs, SPRING_BEFORE] = np.where(block, 0, soft.p)
     # Friction of a block is a spring that stops but does not pull.
-    rubs = (parts.type[:n] >= FIRST_BLOCK_TYPE) & (parts.settings[:n, FRICTION_FORCE] > 0)
-    soft[:, rubs] = np.array([[1.0], [0.0], [0.0]])
-    parts.settings[:n, SPRING_MASS : SPRING_KEEP + 1] = soft.T
-    parts.settings[:n, SPRING_FORCE][rubs] = parts.settings[:n, FRICTION_FORCE][rubs]
+    rubs = (kind >= FIRST_BLOCK_TYPE) & (settings[:, FRICTION_FORCE] > 0)
+    settings[rubs, SPRING_MASS] = 1
+    settings[rubs, SPRING_FORCE] = settings[rubs, FRICTION_FORCE]
 
 
 def arguments(state: State, layout: Layout) -> tuple[Any, ...]:

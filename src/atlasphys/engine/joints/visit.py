@@ -3,11 +3,11 @@
 All parts are solved alike, from their coordinates C and Jacobians J at the bodies' present poses (``PARTS``), which are worked out anew at each visit,
 so that arms and axes turn with the bodies from substep to substep.
 
-*Blocks* (point, line, axis, lock) hold a vector C at zero: Δλ = −K⁻¹ (μ J v + β C) − α λ. *Axial* parts have one row, on which up to five impulses act,
+*Blocks* (point, line, axis, lock) hold a vector C at zero: λ ← −K⁻¹ (μ J v + β C) + μ λ. *Axial* parts have one row, on which up to five impulses act,
 one after the other: a spring; a motor, which drives Ċ to its speed; friction, which drives it to 0; and the two limits, which only push. They all know
 the velocity that the ones before them left. Forces are bounded by bounding the impulse of a substep.
 
-Softness (μ, β, α) is exact for springs (elastic.py). Rigid rows and limits are soft in the ``SOLVE`` pass, so that errors are taken back without
+Softness (μ, β) is exact for springs (elastic.py). Rigid rows and limits are soft in the ``SOLVE`` pass, so that errors are taken back without
 overshoot, and rigid without correction in the ``RELAX`` pass, which takes back the speed that correction gave. Springs are left as they are there:
 they are forces, not errors.
 """
@@ -22,6 +22,7 @@ from atlasphys.engine.joints.rows import NONE, Row, combined, masses, plus, push
 from atlasphys.engine.simd import full, gather, load, maximum, minimum, scatter, select, simd_kernel, sqrt, store, vec
 from atlasphys.engine.state.joint_work import (
     APART,
+    BEFORE,
     FASTEST,
     H,
     IMPULSES,
@@ -58,14 +59,15 @@ from atlasphys.engine.state.joints import (
     PHASE,
     POINT,
     PULLEY,
+    RATE,
     RATIO_A,
     REST,
     ROTATION,
     SETTING_COLUMNS,
     SPEED,
     SPRING,
+    SPRING_BEFORE,
     SPRING_FORCE,
-    SPRING_KEEP,
     SPRING_MASS,
     SPRING_PULL,
     TORQUE,
@@ -159,6 +161,7 @@ def prepare(block, work):
     for k in range(PHASE):
         store(work.blocks, block, IMPULSES + k, impulse[k] * ratio)
     store(work.blocks, block, SLIPPED, impulse[PHASE])
+    store(work.blocks, block, BEFORE, impulse[RATE])
     for k in range(MOTOR_TOTAL + 1):
         store(work.blocks, block, TOTALS + k, full(settings[0], 0))
 
@@ -212,7 +215,7 @@ def solve_block(tied: Tied, relax: bool, work: Any) -> None:
         acts = rigid | (tied.setting(SPRING_PULL)[0] == 0)  # friction is a spring without pull
         new = [select(acts, x - y, x) for x, y in zip(old, change, strict=True)]
     else:
-        keep = 1 - select(rigid, load_number(work, KEEP), tied.setting(SPRING_KEEP)[0])
+        keep = select(rigid, 1 - load_number(work, KEEP), spring_mass)
         new = [keep * x - y for x, y in zip(old, change, strict=True)]
     most = h * tied.setting(SPRING_FORCE)[0]
     squared = sum((x * x for x in new[1:]), new[0] * new[0])
@@ -242,9 +245,10 @@ def solve_axial(tied: Tied, relax: bool, work: Any) -> None:
         if tied.kind == ROTATION:  # the shorter way round
             error = error - select(error > 0.5 * FULL_TURN, full(error, FULL_TURN), 0)
             error = error + select(error < -0.5 * FULL_TURN, full(error, FULL_TURN), 0)
-        wanted = elastic * speed + tied.setting(SPRING_PULL)[0] * error
+        before = tied.setting(SPRING_BEFORE)[0]
+        wanted = elastic * speed + tied.setting(SPRING_PULL)[0] * error + before * tied.field(BEFORE, 1)[0]
         most = h * tied.setting(SPRING_FORCE)[0]
-        new = (1 - tied.setting(SPRING_KEEP)[0]) * spring - inverse * wanted
+        new = elastic * spring - inverse * wanted
         new = select(elastic < 0, 0, maximum(minimum(new, most), -most))
         speed = speed + k * (new - spring)
         spring = new
@@ -279,6 +283,7 @@ def solve_axial(tied: Tied, relax: bool, work: Any) -> None:
         store(tied.blocks, tied.block, IMPULSES + i, x)
     if relax:
         tied.note([spring + motor + friction + lower - upper])
+        store(tied.blocks, tied.block, BEFORE, speed)
         field = TOTALS + MOTOR_TOTAL
         store(tied.blocks, tied.block, field, load(tied.blocks, tied.block, field) + motor)
 
@@ -316,7 +321,7 @@ def keep_results(block, work):
     impulse = list(gather(work.impulse, row))
     for k in range(PHASE):
         impulse[k] = load(work.blocks, block, IMPULSES + k)
-    impulse[PHASE] = load(work.blocks, block, SLIPPED)
+    impulse[PHASE], impulse[RATE] = load(work.blocks, block, SLIPPED), load(work.blocks, block, BEFORE)
     total = [load(work.blocks, block, TOTALS + k) for k in range(MOTOR_TOTAL + 1)]
     scatter(work.impulse, row, tuple(impulse), where=live)
     scatter(work.total, row, (*total, full(total[0], 0)), where=live)

@@ -20,8 +20,9 @@ SETTINGS = 0
 APART = 28  # 28–30 centre of b − centre of a as the step began (of the world: its anchor); of a pulley, 28–33 centres from where the ropes hang [m]
 IMPULSES = 34  # 34–38 of the present substep
 SLIPPED = 39  # the phase of a coupling
-TOTALS = 40  # 40–46 sums over the substeps
-JOINT_FIELDS = 47
+BEFORE = 40  # rate of an axial part's coordinate at the end of the last substep
+TOTALS = 41  # 41–47 sums over the substeps
+JOINT_FIELDS = 48
 
 # Entries of ``JointWork.numbers``
 H, INVERSE_H, RATIO, MASS, PULL, KEEP, FASTEST = range(7)
@@ -43,7 +44,7 @@ class JointWork(NamedTuple):
     integers: npt.NDArray[np.int32]
     """(blocks, 9, 8)"""
     blocks: npt.NDArray[np.floating]
-    """(blocks, 47, 8)"""
+    """(blocks, 48, 8)"""
     numbers: npt.NDArray[np.floating]
     """(8, 8) each the same in all lanes."""
     hung: npt.NDArray[np.uint8]

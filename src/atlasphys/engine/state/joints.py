@@ -32,7 +32,7 @@ ARM_A, ARM_B = 0, 3  # the part's anchors, from the centres of mass of a and b, 
 FRAME_A, FRAME_B = 6, 10  # the part's axes in those of a and b, unit quaternions; x is the axis of what has one
 LOWER, UPPER = 14, 15  # range of the coordinate [m, rad]; equal: it is held there
 REST = 16  # coordinate at which the spring does not act
-SPRING_MASS, SPRING_PULL, SPRING_KEEP = 17, 18, 19  # what the spring does in a substep, see joints/elastic.py
+SPRING_MASS, SPRING_PULL, SPRING_BEFORE = 17, 18, 19  # q, β and p of the spring, see joints/elastic.py; q is −1 where there is none
 SPRING_FORCE = 20  # greatest force of the spring [N, N m]
 SPEED, MOTOR_FORCE = 21, 22  # what the motor drives the coordinate's rate to, and its greatest force
 FRICTION_FORCE = 23  # greatest force of friction
@@ -46,6 +46,7 @@ SETTING_COLUMNS = 32
 # Columns of ``Parts.impulse``
 SPRING, MOTOR, FRICTION, AT_LOWER, AT_UPPER = range(5)  # of an axial part; blocks use the first three for their rows
 PHASE = 5  # of a coupling: how far it has slipped, its coordinate
+RATE = 6  # of the coordinate, as the substep ended
 IMPULSE_COLUMNS = 8
 
 # Columns of ``Parts.total``

@@ -208,7 +208,9 @@ class State:
             woken = island != AWAKE
         elif self.bodies.kind[row] == DYNAMIC:
             self.bodies.rest[row] = 0
-            woken = island == (island[row] if island[row] != AWAKE else AWAKE - 1)
+            if island[row] == AWAKE:
+                return
+            woken = island == island[row]
         else:  # whatever touches it, or will in the next step
             self.bodies.rest[row] = CHANGED
             m = self.manifolds
@@ -255,9 +257,9 @@ class State:
     def joints_changed(self, row: int) -> None:
         """A joint was made, or changed so that it acts on other bodies or in another way, or is about to be removed: its bodies wake."""
         self.workspace, self.joints.layout = None, None
-        for body in self.joints.rows.body[row]:
-            if body != WORLD:
-                self.wake(int(body))
+        for body in self.joints.rows.body[row].tolist():
+            if body != WORLD and self.bodies.kind[body] == DYNAMIC:
+                self.wake(body)
 
     def _drop_unused_shapes(self) -> None:
         """Start the table of shapes anew once most of it is unused."""
