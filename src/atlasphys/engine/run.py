@@ -22,10 +22,7 @@ from atlasphys.engine.fused.response import response_address, response_address_w
 from atlasphys.engine.fused.steps import run_steps
 from atlasphys.engine.islands.colour import COLOURS
 from atlasphys.engine.islands.split import HUB_COLUMNS, MOST_WHOLE
-from atlasphys.engine.joints.addresses import ADDRESSES as JOINT_ADDRESSES
-from atlasphys.engine.joints.addresses import tables_address
-from atlasphys.engine.joints.layout import arguments as joint_arguments
-from atlasphys.engine.joints.layout import lay_out, set_numbers
+from atlasphys.engine.joints.layout import find_code, lay_out, set_numbers
 from atlasphys.engine.narrowphase.addresses import ADDRESSES
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
 from atlasphys.engine.narrowphase.dispatch import EDGE_LIMITS, KIND_ROUTINES, ROUTINES, with_room
@@ -37,11 +34,12 @@ from atlasphys.engine.solvers.contact_block import (
     Fields,
 )
 from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
-from atlasphys.engine.solvers.soft_step import SoftStep, softness
+from atlasphys.engine.solvers.soft_step import MOST_JOINT_FREQUENCY, SoftStep, softness
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.blocks import INTEGERS
 from atlasphys.engine.state.bodies import CHANGED, DYNAMIC, KINEMATIC, STATIC
 from atlasphys.engine.state.joint_work import RATIO
+from atlasphys.engine.state.joints import PART_TYPES
 from atlasphys.engine.state.manifolds import empty_manifolds, with_rows
 from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
 from atlasphys.engine.state.state import Environment, State, tolerances_of
@@ -97,9 +95,6 @@ MOST_GROWTH = 4.0
 MOST_FREQUENCY = 0.15
 """Greatest frequency of contacts, as a share of the number of substeps a second. From 0.17 on pyramids jitter (docs/soft_step.md)."""
 
-MOST_JOINT_FREQUENCY = 0.25
-"""Greatest frequency of joints, as a share of the number of substeps a second."""
-
 STATIC_STIFFENING = 1.0
 """Factor on the frequency of contacts with bodies that are not dynamic. With 2, which other engines use, pyramids jitter from two thirds of that
 frequency on, and so their other contacts have to be softer."""
@@ -145,6 +140,7 @@ def constants(precision: str, environment: Environment, settings: SoftStep, h: f
         match_distance=real(tolerances.match_distance),
         friction_rule=environment.friction_rule,
         restitution_rule=environment.restitution_rule,
+        joint_sweeps=settings.joint_sweeps,
     )
 
 
@@ -390,13 +386,10 @@ def ready_joints(state: State, settings: SoftStep, values: Constants) -> None:
     h, unit = float(values.h), state.environment.length_unit
     frequency = min(settings.joint_frequency, MOST_JOINT_FREQUENCY / h)
     soft = softness(frequency, settings.joint_damping, h)
-    set_numbers(state, space.joints, h, float(values.ratio), soft, settings.push_out_speed * unit)
-    calls, given = space.work.calls, joint_arguments(state, space.joints)
-    for entry, address in [(JOINT_TABLES, tables_address)] + [
-        (JOINTS + kind, JOINT_ADDRESSES[kind]) for kind in sorted(set(space.joints.phases[:, 0].tolist()))
-    ]:
-        if calls[entry] == 0:
-            calls[entry] = address(given)
+    set_numbers(state, space.joints, h, float(values.ratio), soft, settings.joint_push_out_speed * unit)
+    find_code(state, space.joints)
+    space.work.calls[JOINTS : JOINTS + PART_TYPES] = space.joints.calls[:PART_TYPES]
+    space.work.calls[JOINT_TABLES] = space.joints.calls[PART_TYPES]
 
 
 def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:

@@ -64,6 +64,8 @@ def step(state: State, pipeline: Pipeline, h: float) -> Profile:
     profile = Profile()
     if state.steps == 0:
         _compile_ahead(state.real.char)
+    parts = state.joints.parts
+    joined = parts.impulse.copy(), parts.total.copy()
     try:
         with profile.stage("broadphase"):
             shapes, margin = state.table.arrays, state.tolerances.margin
@@ -93,5 +95,6 @@ def step(state: State, pipeline: Pipeline, h: float) -> Profile:
             state.complete_step(h)
     except BaseException:  # an interrupt by the user as well
         state.roll_back()
+        parts.impulse[:], parts.total[:] = joined
         raise
     return profile

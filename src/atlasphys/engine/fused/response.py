@@ -304,7 +304,8 @@ def respond(bodies, locked, constants, new, work, member):
         visit_joints(START, work, member)
         hand_out(motion, inverse_mass, drives, work, member)
         start_contacts(locked, motion, inverse_mass, work, member)
-        visit_joints(SOLVE, work, member)
+        for _ in range(constants.joint_sweeps):
+            visit_joints(SOLVE, work, member)
         hand_out(motion, inverse_mass, drives, work, member)
         solve_contacts(False, locked, motion, inverse_mass, constants.soft, work, member)
         first, stop = share(0, status[PLAIN], member)

@@ -7,17 +7,21 @@ blocks of a type and colour (of a joint with two parts of a type, two phases). T
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from atlasphys.engine.jit import routine
+from atlasphys.engine.joints.addresses import ADDRESSES, tables_address
 from atlasphys.engine.joints.elastic import coefficients
 from atlasphys.engine.simd import LANES
+from atlasphys.engine.simd.address import call_address
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.bodies import DYNAMIC
 from atlasphys.engine.state.joint_work import (
     FASTEST,
+    FIRST,
     INVERSE_H,
     JOINT_FIELDS,
     JOINT_INTEGERS,
@@ -29,8 +33,10 @@ from atlasphys.engine.state.joint_work import (
     RATIO,
     ROW_A,
     ROW_B,
+    STOP,
     TIED_A,
     TIED_B,
+    TYPE,
     H,
     JointWork,
 )
@@ -59,6 +65,8 @@ class Layout(NamedTuple):
     """(phases, 3) type, first block and the one past the last, in the order of visits."""
     linked: npt.NDArray[np.int32]
     """(n, 2) bodies that sleep and wake together."""
+    calls: npt.NDArray[np.int64]
+    """(types + 1,) addresses of the code that visits parts of each type, and of that which prepares and stores them (addresses.py); 0: not known."""
 
 
 def colours(body: npt.NDArray[np.int32], moves: npt.NDArray[np.bool_]) -> npt.NDArray[np.int32]:
@@ -124,6 +132,7 @@ def lay_out(state: State, active: npt.NDArray[np.uint8]) -> Layout:
         ),
         phases=phases,
         linked=table.linked,
+        calls=np.zeros(PART_TYPES + 1, np.int64),
     )
 
 
@@ -165,7 +174,22 @@ def set_springs(table: JointTable, h: float) -> None:
     settings[rubs, SPRING_FORCE] = settings[rubs, FRICTION_FORCE]
 
 
-def arguments(state: State, layout: Layout) -> tuple[Any, ...]:
-    """What the visits of ``addresses.py`` take."""
+def find_code(state: State, layout: Layout) -> None:
+    """Look up the addresses of the code that the layout's parts need, compiled if need be."""
     bodies = state.bodies
-    return bodies.motion, bodies.geometry, bodies.inverse_mass, bodies.center, layout.work
+    given = (bodies.motion, bodies.geometry, bodies.inverse_mass, bodies.center, layout.work)
+    for kind in {PART_TYPES, *layout.phases[:, 0].tolist()}:
+        if layout.calls[kind] == 0:
+            layout.calls[kind] = (*ADDRESSES, tables_address)[kind](given)
+
+
+@routine
+def no_visit(arguments, mode, first, stop):
+    """Stands for code where the address of the arguments is asked for."""
+
+
+@routine
+def visit_all(mode, calls, data, phases):
+    """One pass over all joints, by one thread."""
+    for p in range(len(phases)):
+        call_address(calls[phases[p, TYPE]], data, mode, phases[p, FIRST], phases[p, STOP])

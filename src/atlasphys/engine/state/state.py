@@ -317,7 +317,7 @@ class State:
         self.began = np.stack([new.a[fresh], new.b[fresh]], axis=1)
         self.manifolds, self.manifold_count, self.next_manifolds, self.next_count = new, n, old, 0
         self.bodies.force[: self.count] = 0
-        self.forced = False
+        self.forced, self.joints.elapsed = False, h
         self.changes_noticed()
         self.time, self.steps, self.last_h = self.time + h, self.steps + 1, h
         self.remember()
