@@ -269,14 +269,14 @@ def test_snapshots_copies_and_pickles_go_on_alike(solver):
 def test_a_step_that_fails_leaves_the_joints_as_they_were(solver):
     world = chain(solver)
     world.run(0.2)
-    before = world.state_hash()
-    world.bodies[0].velocity = (1e9, 0, 0)
-    for _ in range(3):
-        world.bodies[0].apply_force((1e38, 0, 0))
-    changed = world.state_hash()
+    world.gravity = (0, -1e9, 0)
+    for body in world.bodies:
+        body.gravity_scale = 1e6
     with pytest.raises(ap.DivergenceError):
-        world.step(10.0)
-    assert world.state_hash() == changed != before
+        for _ in range(50):
+            before = world.state_hash()
+            world.step(10.0)
+    assert world.state_hash() == before
 
 
 # Sleep, collision, breaking, removal ----------------------------------------------------------------------------------
@@ -357,7 +357,7 @@ def test_removal():
         _ = joints[2].row
     assert world.joints.bodies.tolist() == [[0, 1], [2, 3], [3, 4]]
     world.run(0.5)
-    assert first.velocity[1] < -5
+    assert first.velocity[1] == pytest.approx(-GRAVITY * 0.5, rel=1e-3)
     with pytest.raises(ap.RemovedJointError):
         world.remove(joints[0])
 
