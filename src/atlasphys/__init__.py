@@ -14,6 +14,21 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from atlasphys.engine.joints.kinds.ball import Ball as Ball
+    from atlasphys.engine.joints.kinds.ball import Target as Target
+    from atlasphys.engine.joints.kinds.couplings import Gear as Gear
+    from atlasphys.engine.joints.kinds.couplings import Pulley as Pulley
+    from atlasphys.engine.joints.kinds.couplings import RackPinion as RackPinion
+    from atlasphys.engine.joints.kinds.distance import Distance as Distance
+    from atlasphys.engine.joints.kinds.distance import Spring as Spring
+    from atlasphys.engine.joints.kinds.hinge import Fixed as Fixed
+    from atlasphys.engine.joints.kinds.hinge import Hinge as Hinge
+    from atlasphys.engine.joints.kinds.six_dof import SixDof as SixDof
+    from atlasphys.engine.joints.kinds.slider import Slider as Slider
+    from atlasphys.engine.joints.kinds.slider import Wheel as Wheel
+    from atlasphys.engine.joints.kinds.universal import Universal as Universal
+    from atlasphys.engine.joints.part import Elastic as Elastic
+    from atlasphys.engine.joints.part import Motor as Motor
     from atlasphys.engine.shapes.box import Box as Box
     from atlasphys.engine.shapes.capsule import Capsule as Capsule
     from atlasphys.engine.shapes.cone import Cone as Cone
@@ -34,6 +49,7 @@ if TYPE_CHECKING:
     from atlasphys.errors import MissingExtraError as MissingExtraError
     from atlasphys.errors import RecordingError as RecordingError
     from atlasphys.errors import RemovedBodyError as RemovedBodyError
+    from atlasphys.errors import RemovedJointError as RemovedJointError
     from atlasphys.errors import SceneError as SceneError
     from atlasphys.explainer.story import Story as Story
     from atlasphys.explainer.story import explain as explain
@@ -44,39 +60,57 @@ if TYPE_CHECKING:
     from atlasphys.scene.load import load_scene as load_scene
     from atlasphys.scene.scene import Scene as Scene
     from atlasphys.world.body import Body as Body
+    from atlasphys.world.joint import Joint as Joint
+    from atlasphys.world.snapshot import Snapshot as Snapshot
     from atlasphys.world.views import Energy as Energy
     from atlasphys.world.views import Event as Event
-    from atlasphys.world.world import Snapshot as Snapshot
     from atlasphys.world.world import World as World
 
 _HOMES = {
     "AVBD": "engine.solvers.avbd",
     "AtlasPhysError": "errors",
+    "Ball": "engine.joints.kinds.ball",
     "Body": "world.body",
     "Box": "engine.shapes.box",
     "Capsule": "engine.shapes.capsule",
     "Cone": "engine.shapes.cone",
     "ConvexHull": "engine.shapes.hull",
     "Cylinder": "engine.shapes.cylinder",
+    "Distance": "engine.joints.kinds.distance",
     "DivergenceError": "errors",
+    "Elastic": "engine.joints.part",
     "Energy": "world.views",
     "Event": "world.views",
+    "Fixed": "engine.joints.kinds.hinge",
+    "Gear": "engine.joints.kinds.couplings",
+    "Hinge": "engine.joints.kinds.hinge",
     "InvalidArgumentError": "errors",
+    "Joint": "world.joint",
     "MissingExtraError": "errors",
+    "Motor": "engine.joints.part",
     "Plane": "engine.shapes.plane",
     "Poses": "record.read",
+    "Pulley": "engine.joints.kinds.couplings",
+    "RackPinion": "engine.joints.kinds.couplings",
     "Recorder": "record.write",
     "Recording": "record.read",
     "RecordingError": "errors",
     "RemovedBodyError": "errors",
+    "RemovedJointError": "errors",
     "Scene": "scene.scene",
     "SceneError": "errors",
     "SequentialImpulse": "engine.solvers.sequential_impulse",
+    "SixDof": "engine.joints.kinds.six_dof",
+    "Slider": "engine.joints.kinds.slider",
+    "Snapshot": "world.snapshot",
     "SoftStep": "engine.solvers.soft_step",
-    "Snapshot": "world.world",
     "Sphere": "engine.shapes.sphere",
+    "Spring": "engine.joints.kinds.distance",
     "Story": "explainer.story",
+    "Target": "engine.joints.kinds.ball",
     "Trajectory": "record.read",
+    "Universal": "engine.joints.kinds.universal",
+    "Wheel": "engine.joints.kinds.slider",
     "World": "world.world",
     "XPBD": "engine.solvers.xpbd",
     "explain": "explainer.story",

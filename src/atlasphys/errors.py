@@ -12,6 +12,7 @@ __all__ = [
     "MissingExtraError",
     "RecordingError",
     "RemovedBodyError",
+    "RemovedJointError",
     "SceneError",
 ]
 
@@ -26,6 +27,10 @@ class InvalidArgumentError(AtlasPhysError, ValueError):
 
 class RemovedBodyError(AtlasPhysError, LookupError):
     """A handle was used whose body is no longer in its world."""
+
+
+class RemovedJointError(AtlasPhysError, LookupError):
+    """A handle was used whose joint is no longer in its world."""
 
 
 class DivergenceError(AtlasPhysError, ArithmeticError):

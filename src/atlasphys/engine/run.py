@@ -14,12 +14,14 @@ import numpy.typing as npt
 from atlasphys.engine import ahead
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.broadphase.fat_boxes import BOUNDING_RADIUS, shape_bounds
+from atlasphys.engine.broadphase.filters import without_joined
 from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused.bounce import bounce_address, bounce_address_with_locks
 from atlasphys.engine.fused.constants import Constants
 from atlasphys.engine.fused.detection import detection_address
 from atlasphys.engine.fused.generic import generic_address
+from atlasphys.engine.fused.joints import joints_address
 from atlasphys.engine.fused.positions import (
     positions_address,
     positions_address_with_locks,
@@ -34,6 +36,7 @@ from atlasphys.engine.fused.steps import run_steps
 from atlasphys.engine.islands.colour import COLOURS
 from atlasphys.engine.islands.split import HUB_COLUMNS, MOST_WHOLE
 from atlasphys.engine.jit import call
+from atlasphys.engine.joints.layout import Layout, find_code, lay_out, set_numbers
 from atlasphys.engine.narrowphase.addresses import ADDRESSES
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
 from atlasphys.engine.narrowphase.dispatch import EDGE_LIMITS, KIND_ROUTINES, ROUTINES, with_room
@@ -43,13 +46,15 @@ from atlasphys.engine.simd import LANES
 from atlasphys.engine.solvers.bounce_block import FINEST
 from atlasphys.engine.solvers.contact_block import Fields
 from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
-from atlasphys.engine.solvers.soft_step import SoftStep, softness
+from atlasphys.engine.solvers.soft_step import MOST_JOINT_FREQUENCY, SoftStep, softness
 from atlasphys.engine.solvers.sweep_trace import MOST_TRACED, passes
 from atlasphys.engine.solvers.xpbd import XPBD
 from atlasphys.engine.solvers.xpbd_contact import XpbdFields
 from atlasphys.engine.state.arrays import aligned_zeros, room_for
 from atlasphys.engine.state.blocks import INTEGERS
 from atlasphys.engine.state.bodies import DYNAMIC, KINEMATIC, STATIC
+from atlasphys.engine.state.joint_work import RATIO
+from atlasphys.engine.state.joints import PART_TYPES
 from atlasphys.engine.state.manifolds import RESTITUTION, empty_manifolds, with_rows
 from atlasphys.engine.state.pose import ROTATION_LOCKS, refresh
 from atlasphys.engine.state.state import NO_PAIRS, NO_ROWS, Environment, State, tolerances_of
@@ -72,6 +77,9 @@ from atlasphys.engine.state.work import (
     GENERIC,
     GENERIC_PART,
     HUBS,
+    JOINT_TABLES,
+    JOINT_VISITS,
+    JOINTS,
     KEEPS,
     KINEMATIC_BODIES,
     NEED_BLOCKS,
@@ -180,6 +188,7 @@ def constants(
         match_distance=real(tolerances.match_distance),
         friction_rule=environment.friction_rule,
         restitution_rule=environment.restitution_rule,
+        joint_sweeps=settings.joint_sweeps if isinstance(settings, SoftStep) else 0,
     )
 
 
@@ -197,7 +206,8 @@ class Workspace:
 
     def __init__(self, state: State, narrowphase: str, solver: str) -> None:
         self.narrowphase, self.solver = narrowphase, solver
-        self.work = empty_work(state, FIELDS[solver])._replace(routines=KIND_ROUTINES[narrowphase])
+        self.joints = lay_out(state, np.zeros(max(state.count, 1), np.uint8))
+        self.work = empty_work(state, FIELDS[solver], self.joints)._replace(routines=KIND_ROUTINES[narrowphase])
         self.work.status[EDGE_LIMIT] = EDGE_LIMITS[narrowphase]
         self.work.status[SPLITS] = solver == "soft_step"
         self.work.status[WEIGHT_FIRST] = solver == "xpbd"
@@ -227,7 +237,7 @@ def has_restitution(state: State) -> bool:
     return bool((colliders[:, 1] > 0).any() or (manifolds[:, RESTITUTION] > 0).any())
 
 
-def empty_work(state: State, fields: type[Fields]) -> Work:
+def empty_work(state: State, fields: type[Fields], joints: Layout) -> Work:
     """Working memory for the bodies of a state; nothing in it is known yet. ``fields`` says what blocks of contacts hold."""
     n = state.count
     moving = np.flatnonzero(state.bodies.kind[:n] != STATIC)
@@ -242,7 +252,7 @@ def empty_work(state: State, fields: type[Fields]) -> Work:
         pair_bodies=np.zeros((1, 2, LANES), np.int32),
         copied=np.zeros(1, np.uint8),
         live=one.copy(),
-        active=np.zeros(max(n, 1), np.uint8),
+        active=joints.work.active,
         before=np.zeros(max(n, 1), np.uint8),
         radius=np.zeros(max(n, 1), real),
         parent=np.zeros(max(n, 1), np.int32),
@@ -263,6 +273,9 @@ def empty_work(state: State, fields: type[Fields]) -> Work:
         generic_starts=np.zeros(len(ROUTINES) + 1, np.int64),
         routines=KIND_ROUTINES["auto"],
         calls=np.zeros(CALLS, np.int64),
+        phases=joints.phases,
+        joints=joints.work,
+        linked=joints.linked,
         times=np.zeros(len(STAGES), np.int64),
         began=np.zeros((1, 2), np.int32),
         ended=np.zeros((1, 2), np.int32),
@@ -311,6 +324,7 @@ def reserve_notes(state: State, sweeps: int) -> None:
 
 def renew_pairs(state: State, pairs: npt.NDArray[np.int32]) -> None:
     """Take over new candidate pairs."""
+    pairs = without_joined(pairs, state.joints.apart)
     work, count = state.workspace.work, len(pairs)
     status = work.status
     rows = int(status[OLD_ROWS])
@@ -466,6 +480,22 @@ def find_parts(state: State, values: Constants) -> None:
     space.takes_notes = state.trace is not None
 
 
+def ready_joints(state: State, settings: SoftStep, values: Constants) -> None:
+    """Numbers and code for the joints of a run."""
+    space = state.workspace
+    if len(space.joints.phases) == 0:
+        return
+    h, unit = float(values.h), state.environment.length_unit
+    frequency = min(settings.joint_frequency, MOST_JOINT_FREQUENCY / h)
+    soft = softness(frequency, settings.joint_damping, h)
+    set_numbers(state, space.joints, h, float(values.ratio), soft, settings.joint_push_out_speed * unit)
+    find_code(state, space.joints)
+    space.work.calls[JOINTS : JOINTS + PART_TYPES] = space.joints.calls[:PART_TYPES]
+    space.work.calls[JOINT_TABLES] = space.joints.calls[PART_TYPES]
+    if space.work.calls[JOINT_VISITS] == 0:
+        space.work.calls[JOINT_VISITS] = call(joints_address, state.real.char, *part_arguments(state, values))
+
+
 def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     """Advance ``state`` by ``steps`` steps of h seconds. If one of them goes wrong, the state is that before it, and an error is raised."""
     settings = pipeline.solver_settings
@@ -496,6 +526,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
     completed = 0
     if space.work.calls[DETECTION] == 0 or space.takes_notes != (state.trace is not None):
         find_parts(state, values)
+    ready_joints(state, settings, values)
     status[NOTED] = 0
     try:
         while True:
@@ -534,6 +565,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
                 wanted = min(steps, wanted + space.pace)
                 if values.ratio != 0:
                     values = values._replace(ratio=type(values.ratio)(1))
+                    space.joints.work.numbers[RATIO] = 1
             else:
                 break
     except BaseException:
@@ -565,6 +597,7 @@ def note_completed(state: State, completed: int, h: float, substeps: int) -> int
     if more:
         state.steps += more
         state.last_h, state.manifold_count = h / substeps, int(status[OLD_ROWS])
+        state.joints.elapsed = h
     return more
 
 

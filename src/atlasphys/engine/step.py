@@ -9,6 +9,7 @@ from typing import Any
 
 from atlasphys.engine import ahead
 from atlasphys.engine.broadphase import BROADPHASES
+from atlasphys.engine.broadphase.filters import without_joined
 from atlasphys.engine.manifold import update_manifolds
 from atlasphys.engine.narrowphase.dispatch import collide
 from atlasphys.engine.shapes.bounds import update_bounds
@@ -63,6 +64,8 @@ def step(state: State, pipeline: Pipeline, h: float) -> Profile:
     profile = Profile()
     if state.steps == 0:
         _compile_ahead(state.real.char)
+    parts = state.joints.parts
+    joined = parts.impulse.copy(), parts.total.copy()
     try:
         with profile.stage("broadphase"):
             shapes, margin = state.table.arrays, state.tolerances.margin
@@ -71,6 +74,10 @@ def step(state: State, pipeline: Pipeline, h: float) -> Profile:
             update_bounds(state.bodies, state.colliders, shapes, state.count, margin)
             find_pairs = BROADPHASES[pipeline.broadphase]
             state.pairs, count = find_pairs(state.bodies, state.colliders, shapes, state.count, state.pairs)
+            if state.joints.count:
+                kept = without_joined(state.pairs[:count], state.joints.apart)
+                count = len(kept)
+                state.pairs[:count] = kept
         with profile.stage("narrowphase"):
             pairs = state.pairs[:count]
             state.contacts = collide(
@@ -88,5 +95,6 @@ def step(state: State, pipeline: Pipeline, h: float) -> Profile:
             state.complete_step(h)
     except BaseException:  # an interrupt by the user as well
         state.roll_back()
+        parts.impulse[:], parts.total[:] = joined
         raise
     return profile

@@ -23,8 +23,9 @@ from atlasphys.explainer.narrowphase import Narrowphase
 from atlasphys.explainer.sat import SatTrace
 from atlasphys.explainer.solver import SolverTrace
 from atlasphys.world.body import Body
+from atlasphys.world.snapshot import Snapshot
 from atlasphys.world.watch import SeenStep, watched
-from atlasphys.world.world import Snapshot, World
+from atlasphys.world.world import World
 
 if TYPE_CHECKING:
     from atlasphys.explainer.slides import Slides

@@ -15,6 +15,7 @@ from atlasphys.engine.state.state import State
 from atlasphys.errors import InvalidArgumentError
 from atlasphys.world.arguments import LARGEST_COORDINATE
 from atlasphys.world.body import Body
+from atlasphys.world.joint import Joint
 from atlasphys.world.rotation import rotate
 
 if TYPE_CHECKING:
@@ -38,10 +39,13 @@ class Event(NamedTuple):
     """Something that happened during the last step."""
 
     kind: str
-    """``"contact_begin"``, ``"contact_end"``, ``"sleep"`` or ``"wake"``."""
-    a: Body
+    """``"contact_begin"``, ``"contact_end"``, ``"sleep"``, ``"wake"`` or ``"joint_break"``."""
+    a: Body | None
+    """None only where a joint broke that tied a body to the world."""
     b: Body | None = None
-    """The other body of a contact."""
+    """The other body of a contact or joint."""
+    joint: Joint | None = None
+    """The joint that broke."""
 
 
 class Bodies:
@@ -182,6 +186,20 @@ class Bodies:
     def names(self) -> list[str | None]:
         """The bodies' names, None where a body has none."""
         return [info.name for info in self._world._infos]
+
+
+def events(world: World) -> list[Event]:
+    """What happened in the last step."""
+    state, body = world._state, world._state.colliders.body
+    result = [
+        Event(kind, Body(world, int(body[a])), Body(world, int(body[b])))
+        for kind, pairs in (("contact_begin", state.began), ("contact_end", state.ended))
+        for a, b in pairs
+    ]
+    for kind, rows in (("sleep", state.slept), ("wake", state.woke)):
+        result += [Event(kind, Body(world, int(row))) for row in rows]
+    broke = [Joint(world, int(row)) for row in state.joints.broke]
+    return result + [Event("joint_break", joint.a, joint.b, joint) for joint in broke]
 
 
 CONTACT = np.dtype(

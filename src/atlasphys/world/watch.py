@@ -13,7 +13,8 @@ from atlasphys.engine.step import Pipeline
 from atlasphys.world.trace import Records
 
 if TYPE_CHECKING:
-    from atlasphys.world.world import Snapshot, World
+    from atlasphys.world.snapshot import Snapshot
+    from atlasphys.world.world import World
 
 
 @dataclass(frozen=True, slots=True)

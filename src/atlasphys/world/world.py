@@ -6,7 +6,6 @@ import copy
 import dataclasses
 import secrets
 from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
 from typing import Any
@@ -16,6 +15,8 @@ import numpy.typing as npt
 
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.constants import RESTITUTION_THRESHOLD
+from atlasphys.engine.joints.compose import break_joints
+from atlasphys.engine.joints.kinds.kind import JointKind
 from atlasphys.engine.manifold.build import COMBINE_RULES
 from atlasphys.engine.run import compile_ahead, run
 from atlasphys.engine.shapes.mass import mass_properties
@@ -31,6 +32,7 @@ from atlasphys.world import totals
 from atlasphys.world.arguments import (
     bits,
     bounded_vector,
+    check_name,
     choice,
     in_range,
     lock_bits,
@@ -39,6 +41,7 @@ from atlasphys.world.arguments import (
 )
 from atlasphys.world.body import COEFFICIENTS, RESPONSES, Body
 from atlasphys.world.html import world_html
+from atlasphys.world.joint import Joint, JointInfo, Joints, join
 from atlasphys.world.settings import (
     DEFAULT_PRESET,
     LONGEST_RUN,
@@ -55,32 +58,11 @@ from atlasphys.world.settings import (
     threshold_of,
     with_substeps,
 )
+from atlasphys.world.snapshot import BodyInfo, Snapshot
 from atlasphys.world.trace import Records, trace_of, trace_records
-from atlasphys.world.views import Bodies, Energy, Event, contact_count, contact_points
+from atlasphys.world.views import Bodies, Energy, Event, contact_count, contact_points, events
 from atlasphys.world.watch import Watcher, advance_watched
 from atlasphys.world.written import check_written
-
-
-@dataclass(frozen=True, slots=True)
-class BodyInfo:
-    """What is known of a body beside the physics."""
-
-    name: str | None
-    color: tuple[float, float, float] | None
-
-
-class Snapshot:
-    """A world's state at one moment, from :meth:`World.snapshot`. It can be restored any number of times, and pickled."""
-
-    __slots__ = ("_infos", "_pipeline", "_state")
-
-    def __init__(self, state: State, infos: list[BodyInfo], pipeline: Pipeline) -> None:
-        self._state = state
-        self._infos = infos
-        self._pipeline = pipeline
-
-    def __repr__(self) -> str:
-        return f"<Snapshot: {self._state.count} bodies at {self._state.time:.6g} s>"
 
 
 class World:
@@ -178,6 +160,7 @@ class World:
         )
         self._state = State(PRECISIONS[self._precision], environment)
         self._infos: list[BodyInfo] = []
+        self._joint_infos: list[JointInfo] = []
         self._profile: dict[str, float] = dict.fromkeys(STAGES, 0.0)
         self._tracing = False
         self._trace: list[Records] = []
@@ -443,24 +426,49 @@ class World:
     def _checked_name(self, name: str | None) -> str | None:
         if name is None:
             return None
-        if not isinstance(name, str) or not name or not _is_unicode(name):
-            raise InvalidArgumentError(f"name must be a non-empty string of Unicode text or None (got {name!r})")
+        check_name(name)
         if any(info.name == name for info in self._infos):
             raise InvalidArgumentError(f"name {name!r} is already taken by another body of this world")
         return name
 
-    def remove(self, body: Body) -> None:
-        """Remove a body. The rows after it move up by one; its handles raise from now on.
+    def remove(self, body: Body | Joint) -> None:
+        """Remove a body, with all its joints, or a joint, which wakes its bodies. The rows after it move up by one; its handles raise from now on.
 
         Raises:
-            InvalidArgumentError: the body belongs to another world.
-            RemovedBodyError: it has been removed before.
+            InvalidArgumentError: the body or joint belongs to another world.
+            RemovedBodyError, RemovedJointError: it has been removed before.
         """
-        if not isinstance(body, Body) or body.world is not self:
-            raise InvalidArgumentError(f"body must be a body of this world (got {body!r})")
+        if not isinstance(body, (Body, Joint)) or body.world is not self:
+            raise InvalidArgumentError(f"body must be a body or joint of this world (got {body!r})")
         row = body.row
-        self._state.remove(row)
+        if isinstance(body, Joint):
+            self._state.joints_changed(row)
+            self._state.joints.keep(np.arange(self._state.joints.count) != row)
+            del self._joint_infos[row]
+            return
+        kept = self._state.remove(row)
         del self._infos[row]
+        self._joint_infos = [info for info, keep in zip(self._joint_infos, kept, strict=True) if keep]
+
+    def join(self, joint: JointKind, *, name: str | None = None) -> Joint:
+        """Join two bodies, or a body and the world, and return the joint's handle.
+
+        Args:
+            joint: what joins them: ``ap.Hinge(a, b, anchor=(0, 1, 0), axis=(0, 1, 0), limits=(-1, 1))``, for instance. docs/joints.md has all kinds.
+                Anchors and axes are said in the world, where the bodies now are, or in the bodies' own axes.
+            name: a name, unique among the joints of the world.
+
+        Raises:
+            InvalidArgumentError: not a joint; its bodies are not of this world, the same, or none of them dynamic; or where they are there can be no
+                such joint. The world is unchanged.
+            RemovedBodyError: one of the bodies has been removed.
+        """
+        return join(self, joint, name)
+
+    @property
+    def joints(self) -> Joints:
+        """All joints, as a sequence of handles and as arrays."""
+        return Joints(self)
 
     @property
     def bodies(self) -> Bodies:
@@ -486,11 +494,8 @@ class World:
         try:
             if self._tracing:
                 self._advance_traced(h, steps)
-            elif is_fused(self._pipeline.solver):
-                self._profile = run(self._state, self._pipeline, h, steps)
             else:
-                for _ in range(steps):
-                    self._profile = step(self._state, self._pipeline, h)
+                self._take_steps(h, steps)
         except DivergedError as error:
             names = tuple(self._infos[row].name or f"body {row}" for row in error.rows)
             shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
@@ -500,6 +505,25 @@ class World:
                 names,
             ) from None
 
+    def _take_steps(self, h: float, steps: int) -> None:
+        """Take steps, as many at a time as the solver can; one by one where joints may break."""
+        state, joints = self._state, self._state.joints
+        if joints.count and not SOLVERS[self._pipeline.solver].joints:
+            able = " and ".join(name for name, solver in SOLVERS.items() if solver.joints)
+            raise InvalidArgumentError(
+                f"{self._pipeline.solver} offers no joints, and the world has {joints.count}; {able} do"
+            )
+        together = steps if is_fused(self._pipeline.solver) and not joints.breakable else 1
+        for _ in range(steps // together if steps else 0):
+            if is_fused(self._pipeline.solver):
+                self._profile = run(state, self._pipeline, h, together)
+            else:
+                self._profile = step(state, self._pipeline, h)
+            if joints.count:
+                break_joints(joints)
+                for row in joints.broke:
+                    state.joints_changed(int(row))
+
     def _advance_traced(self, h: float, steps: int) -> None:
         """Take steps one by one and note how each was solved."""
         self._trace = []
@@ -507,10 +531,7 @@ class World:
         for _ in range(steps):
             state.trace = []
             try:
-                if is_fused(self._pipeline.solver):
-                    self._profile = run(state, self._pipeline, h, 1)
-                else:
-                    self._profile = step(state, self._pipeline, h)
+                self._take_steps(h, 1)
                 self._trace.append(trace_of(state))
                 self._sweeps = state.trace
             finally:
@@ -556,18 +577,9 @@ class World:
 
     @property
     def events(self) -> list[Event]:
-        """What happened in the last step: contacts that began and ended, bodies that fell asleep or were woken by a contact. A body that is removed
-        takes its contacts with it without an event."""
-        state, body = self._state, self._state.colliders.body
-        return [
-            Event(kind, Body(self, int(body[a])), Body(self, int(body[b])))
-            for kind, pairs in (("contact_begin", state.began), ("contact_end", state.ended))
-            for a, b in pairs
-        ] + [
-            Event(kind, Body(self, int(row)))
-            for kind, rows in (("sleep", state.slept), ("wake", state.woke))
-            for row in rows
-        ]
+        """What happened in the last step: contacts that began and ended, bodies that fell asleep or were woken by a contact, joints that broke. A
+        body that is removed takes its contacts with it without an event."""
+        return events(self)
 
     @property
     def profile(self) -> Mapping[str, float]:
@@ -649,7 +661,7 @@ class World:
 
     def snapshot(self) -> Snapshot:
         """The whole state, exact to the bit: bodies, contacts with their impulses, clock and settings."""
-        return Snapshot(self._state.copy(), list(self._infos), self._pipeline)
+        return Snapshot(self._state.copy(), list(self._infos), list(self._joint_infos), self._pipeline)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot. Handles of bodies that are in it stay good; those of other bodies raise.
@@ -665,6 +677,7 @@ class World:
             raise InvalidArgumentError(f"the snapshot's precision is not this world's, {self.precision!r}")
         self._state = snapshot._state.copy()
         self._infos, self._pipeline = list(snapshot._infos), snapshot._pipeline
+        self._joint_infos = list(snapshot._joint_infos)
         self._start_generation()
 
     def __copy__(self) -> World:
@@ -675,6 +688,7 @@ class World:
         memo[id(self)] = other
         other.__dict__.update(self.__dict__)
         other._state, other._infos, other._watchers = self._state.copy(), list(self._infos), []
+        other._joint_infos = list(self._joint_infos)
         other._start_generation()
         return other
 
@@ -684,12 +698,3 @@ class World:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._start_generation()
-
-
-def _is_unicode(text: str) -> bool:
-    """Whether files can hold the text: Python strings may contain halves of characters (lone surrogates)."""
-    try:
-        text.encode()
-    except UnicodeEncodeError:
-        return False
-    return True

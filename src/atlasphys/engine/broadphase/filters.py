@@ -1,5 +1,8 @@
 """Which pairs of colliders may touch at all: the tests that every broad phase shares, so that all give the same pairs."""
 
+import numpy as np
+import numpy.typing as npt
+
 from atlasphys.engine.jit import routine
 from atlasphys.engine.math import mat
 from atlasphys.engine.shapes.table import PLANE
@@ -50,3 +53,11 @@ def reaches_plane(bodies, colliders, shapes, plane, i):
     if TRACED:
         note("broad.plane", plane=plane, i=i, height=height, offset=size[3])
     return height <= size[3]
+
+
+def without_joined(pairs: npt.NDArray[np.int32], apart: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """The pairs that are not among those that joints keep from colliding; all lower row first, and each body has the collider of its row."""
+    if len(apart) == 0:
+        return pairs
+    keys, joined = (rows[:, 0].astype(np.int64) << 32 | rows[:, 1] for rows in (pairs, apart))
+    return pairs[~np.isin(keys, joined)]

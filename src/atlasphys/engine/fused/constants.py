@@ -29,3 +29,5 @@ class Constants(NamedTuple):
     match_distance: float
     friction_rule: int
     restitution_rule: int
+    joint_sweeps: int
+    """Passes over the joints in a substep, before the relax pass."""

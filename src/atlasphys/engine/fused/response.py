@@ -12,6 +12,7 @@ from atlasphys.engine.solvers.parts import give_back, hand_out, join_parts, take
 from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
 from atlasphys.engine.solvers.sweep_trace import RELAX, SOLVE, note_pass
+from atlasphys.engine.state import joint_work
 from atlasphys.engine.state.blocks import COUNT, MANIFOLD, ROLLS
 from atlasphys.engine.state.manifolds import RESTITUTION, ROLLING, TORSIONAL
 from atlasphys.engine.state.work import (
@@ -20,6 +21,7 @@ from atlasphys.engine.state.work import (
     BROKEN,
     COLOURED,
     HUBS,
+    JOINT_VISITS,
     PARITY,
     PLAIN,
     TUMBLING,
@@ -212,6 +214,13 @@ def store_contacts(new, work, member):
 
 
 @routine
+def visit_joints(mode, work, member):
+    """One pass over all joints (fused/joints.py)."""
+    if len(work.phases) > 0:
+        call_address(work.calls[JOINT_VISITS], member.sync[DATA], mode, member.rank, member.size)
+
+
+@routine
 def respond(bodies, locked, constants, new, work, member, noted):
     """The solver stage: impulses and motion in all substeps. Each member does its share of every loop.
 
@@ -229,6 +238,7 @@ def respond(bodies, locked, constants, new, work, member, noted):
                 constants.gravity, h,
             )  # fmt: skip
     prepare_contacts(locked, inverse_mass, constants, new, work, member)
+    visit_joints(joint_work.PREPARE, work, member)
     meet(member)
     if status[BOUNCES] and call_address(work.calls[BOUNCE], member.sync[DATA], 0, member.rank, member.size) != 0:
         raise RuntimeError("the bounces failed")
@@ -238,8 +248,11 @@ def respond(bodies, locked, constants, new, work, member, noted):
             for block in range(first, stop):
                 gain_speed(block, rows, motion, drives)
         meet(member)
+        visit_joints(joint_work.START, work, member)
         hand_out(motion, inverse_mass, drives, work, member)
         start_contacts(locked, motion, inverse_mass, work, member)
+        for _ in range(constants.joint_sweeps):
+            visit_joints(joint_work.SOLVE, work, member)
         hand_out(motion, inverse_mass, drives, work, member)
         solve_contacts(False, locked, motion, inverse_mass, constants.soft, work, member)
         if noted is not None:
@@ -255,6 +268,7 @@ def respond(bodies, locked, constants, new, work, member, noted):
             if member.rank == 0:
                 follow_turn(locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
             meet(member)
+        visit_joints(joint_work.RELAX, work, member)
         hand_out(motion, inverse_mass, drives, work, member)
         solve_contacts(True, locked, motion, inverse_mass, constants.soft, work, member)
         if noted is not None:

@@ -19,9 +19,10 @@ from atlasphys.engine.islands.split import MOST_CONTACTS, deal_contacts, find_hu
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.narrowphase.apart import add_travel
 from atlasphys.engine.simd import LANES
-from atlasphys.engine.simd.address import address_call
+from atlasphys.engine.simd.address import address_call, call_address
 from atlasphys.engine.simd.atomic import now
 from atlasphys.engine.simd.by_address import part_of
+from atlasphys.engine.state.joint_work import KEEP_RESULTS
 from atlasphys.engine.state.manifolds import DEPTH, POINT_COLUMNS
 from atlasphys.engine.state.pose import refresh
 from atlasphys.engine.state.work import (
@@ -46,6 +47,7 @@ from atlasphys.engine.state.work import (
     GENERIC_PART,
     HUBS,
     ISLANDS,
+    JOINT_VISITS,
     KEEPS,
     KINEMATIC_BODIES,
     LAID_OUT,
@@ -154,7 +156,7 @@ def rest(bodies, colliders, count, constants, new, work):
                 constants.h * constants.substeps, bodies.rest,
             )  # fmt: skip
         status[SLEPT] = put_to_sleep(
-            new.a, new.b, work.live, status[LIVE], colliders.body, bodies.kind, bodies.island, bodies.rest, bodies.motion,
+            new.a, new.b, work.live, status[LIVE], colliders.body, work.linked, bodies.kind, bodies.island, bodies.rest, bodies.motion,
             work.active, count, work.parent, work.ready,
         )  # fmt: skip
         if status[SLEPT]:
@@ -292,7 +294,7 @@ def run_steps(
         live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
         if status[SLEEPS]:
             status[WOKEN] += wake_touched(
-                new.a, new.b, work.live, live, colliders.body, bodies.kind, bodies.island, bodies.rest, work.active, count,
+                new.a, new.b, work.live, live, colliders.body, work.linked, bodies.kind, bodies.island, bodies.rest, work.active, count,
                 work.ready, work.island_before, work.rest_before,
             )  # fmt: skip
             if status[WOKEN]:
@@ -308,9 +310,12 @@ def run_steps(
         status[WRONG] = -1
         body_work = (status[PLAIN] + status[TUMBLING]) // BODIES_EACH
         time = note_time(work.times, ISLANDS, time)
-        do_task(sync, ADVANCE, (status[BLOCKS_ONE] + status[BLOCKS_MANY]) // CONTACTS_EACH + body_work)
+        contact_work = (status[BLOCKS_ONE] + status[BLOCKS_MANY] + len(work.joints.blocks)) // CONTACTS_EACH
+        do_task(sync, ADVANCE, contact_work + body_work)
         if status[BROKEN]:
             return DIVERGED
+        if len(work.phases) > 0:
+            call_address(work.calls[JOINT_VISITS], sync[DATA], KEEP_RESULTS, 0, 1)
         time = note_time(work.times, SOLVER, time)
         rest(bodies, colliders, count, constants, new, work)
         do_task(sync, REMEMBER, body_work)

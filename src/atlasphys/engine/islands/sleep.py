@@ -1,10 +1,10 @@
 """Islands and sleep: bodies that have been at rest for a while, together with all that they touch, are left out until something disturbs them.
 
-An island is a set of dynamic bodies connected by contacts; static and kinematic bodies do not connect. It falls asleep once each of its bodies has
-been slower than a threshold for ``TIME_TO_SLEEP``, and wakes as a whole. A sleeping body's entry in ``Bodies.island`` is the lowest row of its
-island, an awake one's is AWAKE.
+An island is a set of dynamic bodies connected by contacts and joints; static and kinematic bodies do not connect. It falls asleep once each of its
+bodies has been slower than a threshold for ``TIME_TO_SLEEP``, and wakes as a whole. A sleeping body's entry in ``Bodies.island`` is the lowest row
+of its island, an awake one's is AWAKE.
 
-Islands are found by union–find over the contacts of the step, and only in steps in which some body has rested for long enough.
+Islands are found by union–find over the contacts and joints of the step, and only in steps in which some body has rested for long enough.
 """
 
 from atlasphys.engine.jit import routine
@@ -68,17 +68,19 @@ def fill_up(blocks, filled):
 
 @routine
 def wake_touched(
-    a, b, live, number, body, kind, island, rest, active, count, marked, island_before, rest_before
+    a, b, live, number, body, linked, kind, island, rest, active, count, marked, island_before, rest_before
 ):  # fmt: skip
-    """Wake each island that has a contact with an active body. Returns how many bodies woke.
+    """Wake each island that has a contact with an active body, or a joint. Returns how many bodies woke.
 
-    ``live`` lists the manifolds with points. ``marked`` (n,) is scratch, zero before and after. ``island_before`` and ``rest_before`` (n,)
-    receive what the two were of those that wake.
+    ``live`` lists the manifolds with points, ``linked`` (n, 2) joined bodies. ``marked`` (n,) is scratch, zero before and after. ``island_before``
+    and ``rest_before`` (n,) receive what the two were of those that wake.
     """
     found = False
-    for s in range(number):
-        i = live[s]
-        row_a, row_b = body[a[i]], body[b[i]]
+    for s in range(number + len(linked)):
+        if s < number:
+            row_a, row_b = body[a[live[s]]], body[b[live[s]]]
+        else:
+            row_a, row_b = linked[s - number, 0], linked[s - number, 1]
         for sleeper, other in ((row_a, row_b), (row_b, row_a)):
             if kind[sleeper] == DYNAMIC and island[sleeper] != AWAKE and active[other]:
                 marked[island[sleeper]] = 1
@@ -116,7 +118,7 @@ def note_rest(rows, blocks, kind, motion, response, radius, slow, h, rest):
 
 
 @routine
-def put_to_sleep(a, b, live, number, body, kind, island, rest, motion, active, count, parent, ready):
+def put_to_sleep(a, b, live, number, body, linked, kind, island, rest, motion, active, count, parent, ready):
     """Let the islands sleep whose bodies have all rested for long enough. Returns how many bodies fell asleep.
 
     ``parent`` (n,) int32 and ``ready`` (n,) uint8 are scratch, the latter zero before and after.
@@ -129,9 +131,11 @@ def put_to_sleep(a, b, live, number, body, kind, island, rest, motion, active, c
         candidates = candidates or long_enough
     if not candidates:
         return 0
-    for s in range(number):
-        i = live[s]
-        row_a, row_b = body[a[i]], body[b[i]]
+    for s in range(number + len(linked)):
+        if s < number:
+            row_a, row_b = body[a[live[s]]], body[b[live[s]]]
+        else:
+            row_a, row_b = linked[s - number, 0], linked[s - number, 1]
         if kind[row_a] == DYNAMIC and kind[row_b] == DYNAMIC:
             unite(parent, row_a, row_b)
         elif kind[row_a] == KINEMATIC and active[row_a]:

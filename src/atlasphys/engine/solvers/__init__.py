@@ -23,11 +23,13 @@ class Solver(NamedTuple):
     part of the fused step (``engine/run.py``)."""
     shares: bool = False
     """Whether it lets bodies sleep and shares its work among threads."""
+    joints: bool = False
+    """Whether it solves joints."""
 
 
 SOLVERS: dict[str, Solver] = {
-    "soft_step": Solver(SoftStep, None, shares=True),
-    "sequential_impulse": Solver(SequentialImpulse, sequential_impulse.advance),
+    "soft_step": Solver(SoftStep, None, shares=True, joints=True),
+    "sequential_impulse": Solver(SequentialImpulse, sequential_impulse.advance, joints=True),
     "xpbd": Solver(XPBD, None),
     "avbd": Solver(AVBD, avbd.advance),
 }

@@ -13,13 +13,15 @@ Baumgarte's velocity bias (Baumgarte 1972), here.
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.joints.layout import find_code, lay_out, no_visit, set_numbers, visit_all
 from atlasphys.engine.math import mat, vec
 from atlasphys.engine.shapes.arguments import invalid, number
+from atlasphys.engine.simd.address import address_call, call_address
 from atlasphys.engine.solvers.common import (
     invert_2x2,
     load_anchors,
@@ -32,7 +34,10 @@ from atlasphys.engine.solvers.common import (
 )
 from atlasphys.engine.solvers.integrate import integrate_positions, integrate_velocities, place_origins
 from atlasphys.engine.solvers.projection import project_positions
+from atlasphys.engine.solvers.soft_step import MOST_JOINT_FREQUENCY, softness
 from atlasphys.engine.solvers.sweep_trace import MOST_TRACED, note_sweep, sweeps
+from atlasphys.engine.state.joint_work import KEEP_RESULTS, PREPARE, RELAX, SOLVE, START
+from atlasphys.engine.state.joints import PART_TYPES
 from atlasphys.engine.state.manifolds import (
     DEPTH,
     FRICTION,
@@ -89,6 +94,9 @@ class SequentialImpulse:
 MOST_ITERATIONS = 10_000
 """Limit of the settings that are numbers of sweeps."""
 
+
+JOINT_DAMPING, JOINT_PUSH_OUT_SPEED = 1.0, 10.0
+"""Damping ratio of joints' softness, and greatest speed at which their errors are taken back [m/s, rad/s], as those of ``soft_step``."""
 
 BOUNCE_SWEEPS = 20
 """How many times the usual number of sweeps may be made while bounces are not solved for."""
@@ -402,12 +410,19 @@ def store_impulses(manifolds, count, frames, points):
 def solve(
     bodies, body_count, colliders, manifolds, count, pairs, frames, points, blocks, excess, change, displacement, spin_change,
     gravity, h, ratio, iterations, position_iterations, bias, position_rate, threshold, finest, tolerances, motions, impulses,
+    joints, phases, calls,
 ):  # fmt: skip
     """One step of length h for all bodies: velocities, then positions. Returns the number of sweeps.
+
+    Joints (state/joint_work.py) are visited before the contacts in each sweep, as soft constraints; once the bodies have moved, a last pass takes
+    back the speed that this gave, and the contacts have the last word.
 
     ``motions`` and ``impulses`` take notes of the sweeps as far as they have room: none, unless a trace is asked for.
     """
     motion, inverse_mass = bodies.motion, bodies.inverse_mass
+    data = address_call(no_visit, (motion, bodies.geometry, inverse_mass, bodies.center, joints))[1]
+    if len(phases) > 0:
+        call_address(calls[PART_TYPES], data, PREPARE, 0, len(joints.blocks))
     for i in range(count):
         pairs[i, BODY_A], pairs[i, BODY_B] = colliders.body[manifolds.a[i]], colliders.body[manifolds.b[i]]
     prepare(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks, ratio)
@@ -415,25 +430,47 @@ def solve(
     set_targets(
         motion, pairs, manifolds, count, points, h, bias, tolerances.slop, tolerances.max_correction, threshold, finest
     )
+    visit_all(START, calls, data, phases)
     warm_start(motion, inverse_mass, pairs, manifolds, count, frames, points)
     if len(motions) > 0:
         note_sweep(motions, impulses, 0, motion, body_count, manifolds, count, points, FRICTION_1)
     made = 0
     for s in range(BOUNCE_SWEEPS * iterations):
+        visit_all(SOLVE, calls, data, phases)
         error = sweep(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks, excess, change)
         made = s + 1
         if made < len(motions):
             note_sweep(motions, impulses, made, motion, body_count, manifolds, count, points, FRICTION_1)
         if made >= iterations and error <= 1:
             break
-    store_impulses(manifolds, count, frames, points)
     integrate_positions(bodies, body_count, h)
+    if len(phases) > 0:
+        for i in range(body_count):
+            for k in range(4):
+                bodies.geometry[i, 12 + k] = bodies.orientation[i, k]
+        visit_all(RELAX, calls, data, phases)
+        sweep(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks, excess, change)
+        call_address(calls[PART_TYPES], data, KEEP_RESULTS, 0, len(joints.blocks))
+    store_impulses(manifolds, count, frames, points)
     project_positions(
         bodies, body_count, pairs, manifolds, count, points, displacement, spin_change,
         position_iterations, position_rate, tolerances.slop, tolerances.max_correction,
     )  # fmt: skip
     place_origins(bodies, body_count)
     return made
+
+
+def ready_joints(state: State, h: float, ratio: float) -> tuple[Any, ...]:
+    """What ``solve`` is to know of joints."""
+    table = state.joints
+    if table.layout is None:
+        table.layout = lay_out(state, np.ones(max(state.count, 1), np.uint8))
+    layout = table.layout
+    if len(layout.phases):
+        soft = softness(MOST_JOINT_FREQUENCY / h, JOINT_DAMPING, h)
+        set_numbers(state, layout, h, ratio, soft, JOINT_PUSH_OUT_SPEED * state.environment.length_unit)
+        find_code(state, layout)
+    return layout.work, layout.phases, layout.calls
 
 
 def advance(state: State, settings: SequentialImpulse, h: float) -> None:
@@ -450,12 +487,14 @@ def advance(state: State, settings: SequentialImpulse, h: float) -> None:
     noted = 0 if state.trace is None else min(BOUNCE_SWEEPS * settings.iterations, MOST_TRACED) + 1
     motions = np.empty((noted, state.count, 6), state.real)
     impulses = np.empty((noted, 4 * capacity, 3), state.real)
+    ratio = real(min(h / state.last_h, MOST_GROWTH) if settings.warm_starting and state.last_h > 0 else 0.0)
+    joints = ready_joints(state, h, float(ratio))
     made = solve(
         state.bodies, state.count, state.colliders, state.next_manifolds, state.next_count,
         pairs, frames, points, blocks, excess, change, state.displacement, state.spin_change,
         tuple(real(g) for g in environment.gravity),
         real(h),
-        real(min(h / state.last_h, MOST_GROWTH) if settings.warm_starting and state.last_h > 0 else 0.0),
+        ratio,
         settings.iterations,
         0 if baumgarte else settings.position_iterations,
         real(settings.correction / h if baumgarte else 0.0),
@@ -465,6 +504,7 @@ def advance(state: State, settings: SequentialImpulse, h: float) -> None:
         state.tolerances,
         motions,
         impulses,
+        *joints,
     )  # fmt: skip
     if state.trace is not None:
         noted = min(made + 1, noted)

@@ -14,6 +14,9 @@ from atlasphys.engine.shapes.arguments import invalid, number
 
 MOST_SUBSTEPS = 1000
 
+MOST_JOINT_FREQUENCY = 0.5
+"""Greatest frequency of joints, as a share of the number of substeps a second. At 1 a net of 100 × 100 balls tears itself apart."""
+
 
 @dataclass(frozen=True, slots=True)
 class SoftStep:
@@ -26,6 +29,11 @@ class SoftStep:
             Smaller: softer contacts, and impacts that are spread over more steps.
         contact_damping: damping ratio of that spring. Smaller: overlaps are pushed out faster, and overshoot below 1.
         push_out_speed: greatest speed at which overlap is pushed out [m/s], for a length unit of 1 m.
+        joint_frequency: stiffness of joints as the frequency of a spring [Hz]; at most half of the number of substeps a second is used.
+            Larger: joints stretch less; large nets under heavy loads may tremble.
+        joint_damping: damping ratio of that spring. Smaller: errors are taken back faster.
+        joint_push_out_speed: greatest speed at which errors of joints are taken back [m/s, rad/s], for a length unit of 1 m.
+        joint_sweeps: passes over the joints in a substep. More: chains and nets stretch less.
         warm_starting: start from the impulses of the last substep. Without it stacks sag.
         contact_recycling: keep the contact points of pairs that have barely moved since they were last collided (docs/soft_step.md). Tall stacks
             stand only with it; without it every pair is collided in every step and angular momentum is exact.
@@ -46,6 +54,10 @@ class SoftStep:
     contact_frequency: float | None = None
     contact_damping: float = 10.0
     push_out_speed: float = 3.0
+    joint_frequency: float = 80.0
+    joint_damping: float = 5.0
+    joint_push_out_speed: float = 10.0
+    joint_sweeps: int = 2
     warm_starting: bool = True
     contact_recycling: bool = True
     recycle_slip: float = 0.02
@@ -56,9 +68,14 @@ class SoftStep:
     def __post_init__(self) -> None:
         if type(self.substeps) is not int or not 1 <= self.substeps <= MOST_SUBSTEPS:
             raise invalid("substeps", f"an integer from 1 to {MOST_SUBSTEPS}", self.substeps)
+        if type(self.joint_sweeps) is not int or not 1 <= self.joint_sweeps <= 100:
+            raise invalid("joint_sweeps", "an integer from 1 to 100", self.joint_sweeps)
         for name, least, most in (
             ("contact_damping", 0.0, 1e3),
             ("push_out_speed", 0.0, 1e6),
+            ("joint_frequency", 0.01, 1e5),
+            ("joint_damping", 0.0, 1e3),
+            ("joint_push_out_speed", 0.0, 1e6),
             ("recycle_slip", 0.0, 1.0),
             ("recycle_speed", 0.0, 1e6),
             ("recycle_turn", 0.0, 0.5),

@@ -22,6 +22,7 @@ from atlasphys.engine.state.arrays import copy_rows, room_for, with_capacity
 from atlasphys.engine.state.bodies import AWAKE, CHANGED, DYNAMIC, Bodies, empty_bodies
 from atlasphys.engine.state.colliders import Colliders, empty_colliders
 from atlasphys.engine.state.contacts import Contacts, empty_contacts
+from atlasphys.engine.state.joints import WORLD, JointTable
 from atlasphys.engine.state.manifolds import (
     IS_RECYCLABLE,
     PATCH_FRICTION,
@@ -118,6 +119,7 @@ class State:
         self.colliders: Colliders = empty_colliders(16, real)
         self.count = 0
         self.table = ShapeTable(self.real)
+        self.joints = JointTable(self.real)
         self.manifolds: Manifolds = empty_manifolds(64, real)
         self.manifold_count = 0
         self.began: npt.NDArray[np.int32] = NO_PAIRS
@@ -203,6 +205,7 @@ class State:
             together += table.friction_impulse.reshape(-1, 4, 3).sum(axis=1)
             table.friction_impulse[:] = 0
             table.local[:, PENALTY::POINT_COLUMNS] = 0
+        self.joints.forget()
         self.properties_changed()
 
     def wake(self, row: int | None = None) -> None:
@@ -212,12 +215,16 @@ class State:
             woken = island != AWAKE
         elif self.bodies.kind[row] == DYNAMIC:
             self.bodies.rest[row] = 0
-            woken = island == (island[row] if island[row] != AWAKE else AWAKE - 1)
+            if island[row] == AWAKE:
+                return
+            woken = island == island[row]
         else:  # whatever touches it, or will in the next step
             self.bodies.rest[row], self.changed = CHANGED, True
             m = self.manifolds
             live = m.count[: self.manifold_count] > 0
             a, b = m.a[: self.manifold_count][live], m.b[: self.manifold_count][live]
+            joined = self.joints.linked
+            a, b = np.concatenate([a, joined[:, 0]]), np.concatenate([b, joined[:, 1]])
             beside = np.concatenate([b[a == row], a[b == row]])
             woken = np.isin(island, np.setdiff1d(island[beside], [AWAKE]))
         if woken.any():
@@ -232,10 +239,11 @@ class State:
         touched = slice(None) if row is None else (m.a == row) | (m.b == row)
         m.reference[touched, IS_RECYCLABLE] = 0
 
-    def remove(self, row: int) -> None:
-        """Remove a body, its collider and its manifolds, and close the gap."""
+    def remove(self, row: int) -> npt.NDArray[np.bool_]:
+        """Remove a body, its collider, its manifolds and its joints, and close the gap. Returns which joints are kept, (joints before,)."""
         self.workspace = None
         self.wake(row)
+        joints_kept = self.joints.remove_body(row)
         self.bodies.island[: self.count] -= self.bodies.island[: self.count] > row
         for array in (*self.bodies, *self.colliders, *self.remembered):
             array[row : self.count - 1] = array[row + 1 : self.count]
@@ -251,6 +259,14 @@ class State:
         self.began, self.ended = (_without(row, pairs) for pairs in (self.began, self.ended))
         self.slept, self.woke = (_without(row, rows[:, None])[:, 0] for rows in (self.slept, self.woke))
         self._drop_unused_shapes()
+        return joints_kept
+
+    def joints_changed(self, row: int) -> None:
+        """A joint was made, or changed so that it acts on other bodies or in another way, or is about to be removed: its bodies wake."""
+        self.workspace, self.joints.layout = None, None
+        for body in self.joints.rows.body[row].tolist():
+            if body != WORLD and self.bodies.kind[body] == DYNAMIC:
+                self.wake(body)
 
     def _drop_unused_shapes(self) -> None:
         """Start the table of shapes anew once most of it is unused."""
@@ -308,7 +324,7 @@ class State:
         self.began = np.stack([new.a[fresh], new.b[fresh]], axis=1)
         self.manifolds, self.manifold_count, self.next_manifolds, self.next_count = new, n, old, 0
         self.bodies.force[: self.count] = 0
-        self.forced = False
+        self.forced, self.joints.elapsed = False, h
         self.changes_noticed()
         self.time, self.steps, self.last_h = self.time + h, self.steps + 1, h
         self.remember()
@@ -323,6 +339,7 @@ class State:
         other.bodies, other.colliders = copy_rows(self.bodies), copy_rows(self.colliders)
         other.table = self.table.copy()
         other.manifolds = copy_rows(self.manifolds)
+        other.joints = self.joints.copy()
         other.began, other.ended = self.began.copy(), self.ended.copy()
         other._make_buffers()
         # Writes not yet taken over stay noticeable in the copy.
@@ -388,6 +405,8 @@ class State:
             digest.update(array[:n].tobytes())
         for array in self.manifolds:
             digest.update(array[live].tobytes())
+        if self.joints.count:
+            digest.update(self.joints.bytes())
         return digest.hexdigest()
 
 

@@ -10,6 +10,8 @@ import numpy.typing as npt
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.arrays import aligned_zeros
+from atlasphys.engine.state.joint_work import JointWork
+from atlasphys.engine.state.joints import PART_TYPES
 
 # Entries of ``Work.status``
 PHASE = 0  # where in a step to go on
@@ -51,7 +53,10 @@ ROUTINES = 3  # number of these
 GENERIC_PART = 3  # see fused/generic.py
 DETECTION, RESPONSE = 4, 5  # see fused/
 BOUNCE = 6  # see fused/bounce.py
-CALLS = 7
+JOINT_VISITS = 7  # what visits all joints, see fused/joints.py
+JOINT_TABLES = 8  # what prepares joints and stores their impulses, see joints/addresses.py
+JOINTS = 9  # and following: what visits parts of each type
+CALLS = JOINTS + PART_TYPES
 
 # Entries of ``Work.times``: the places in ``step.STAGES``. Pairs go from the narrow phase to manifolds in blocks, and are counted with it.
 BROADPHASE, NARROWPHASE, ISLANDS, SOLVER, FINISH = 0, 1, 3, 4, 6
@@ -158,6 +163,12 @@ class Work(NamedTuple):
     """(kinds, kinds) routine for two kinds of shapes, see narrowphase/dispatch.py."""
     calls: npt.NDArray[np.int64]
     """(CALLS,) addresses of the three routines of narrowphase/addresses.py and of the parts of the step that are compiled apart; 0: not known."""
+    phases: npt.NDArray[np.int64]
+    """(phases, 3) what is visited of joints at a time, see joints/layout.py."""
+    joints: JointWork
+    """Working memory of joints."""
+    linked: npt.NDArray[np.int32]
+    """(n, 2) bodies that are joined and sleep together."""
     times: npt.NDArray[np.int64]
     """Time spent in each stage in this call [ns]."""
     began: npt.NDArray[np.int32]
