@@ -30,6 +30,19 @@ _NAMES = (
     "sphere_pit",
     "heavy_on_light",
     "card_house",
+    "pendulum",
+    "double_pendulum",
+    "four_bar",
+    "chain",
+    "bridge",
+    "rope_heavy",
+    "wrecking_ball",
+    "cradle_strings",
+    "gear_train",
+    "suspension",
+    "ragdoll",
+    "ragdoll_pile",
+    "joint_grid",
 )
 
 
