@@ -61,9 +61,9 @@ if TYPE_CHECKING:
     from atlasphys.scene.scene import Scene as Scene
     from atlasphys.world.body import Body as Body
     from atlasphys.world.joint import Joint as Joint
+    from atlasphys.world.snapshot import Snapshot as Snapshot
     from atlasphys.world.views import Energy as Energy
     from atlasphys.world.views import Event as Event
-    from atlasphys.world.world import Snapshot as Snapshot
     from atlasphys.world.world import World as World
 
 _HOMES = {
@@ -102,7 +102,7 @@ _HOMES = {
     "SequentialImpulse": "engine.solvers.sequential_impulse",
     "SixDof": "engine.joints.kinds.six_dof",
     "Slider": "engine.joints.kinds.slider",
-    "Snapshot": "world.world",
+    "Snapshot": "world.snapshot",
     "SoftStep": "engine.solvers.soft_step",
     "Sphere": "engine.shapes.sphere",
     "Spring": "engine.joints.kinds.distance",

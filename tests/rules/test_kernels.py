@@ -62,6 +62,7 @@ HARMLESS = (
     "llvm.lifetime.",
     "llvm.experimental.noalias.scope.decl",
     "llvm.masked.",
+    "llvm.prefetch.",
     "llvm.x86.atomic.",
     "llvm.x86.sse2.pause",
     "atlasphys_",

@@ -20,7 +20,7 @@ from atlasphys.world.world import World
 
 
 def build_world(scene: SceneModel, source: Source, settings: dict[str, Any]) -> World:
-    """A world with the scene's bodies.
+    """A world with the scene's bodies and joints.
 
     Args:
         scene: the scene.
@@ -45,9 +45,35 @@ def build_world(scene: SceneModel, source: Source, settings: dict[str, Any]) -> 
             world.add(body.shape.make(), **{name: value for name, value in body.given().items() if name != "shape"})
         except InvalidArgumentError as error:
             faults.append(argument_fault(("bodies", row), str(error), BodyModel.model_fields))
+    found = len(faults)
+    for row, joint in enumerate(scene.joints):
+        path = ("joints", row)
+        ends = [_body_row(scene, getattr(joint, side), (*path, side), faults) for side in ("a", "b")]
+        if found or len(faults) > found:
+            continue  # without all its bodies the world can make no joints
+        a, b = (None if end is None else world.bodies[end] for end in ends)
+        try:
+            world.join(joint.make(a, b), name=joint.name)
+        except InvalidArgumentError as error:
+            faults.append(argument_fault(path, str(error), type(joint).model_fields))
     if faults:
         raise source.error(faults)
     return world
+
+
+def _body_row(scene: SceneModel, end: str | int | None, path: tuple[str | int, ...], faults: list[Fault]) -> int | None:
+    """Place of the body that a joint's end names; None: the world."""
+    if isinstance(end, str):
+        names = [body.name for body in scene.bodies]
+        if end not in names:
+            known = [name for name in names if name is not None]
+            faults.append(Fault(path, f"names no body of the scene (got {end!r}); {did_you_mean(end, known)}"))
+            return None
+        return names.index(end)
+    if end is not None and end >= len(scene.bodies):
+        faults.append(Fault(path, f"must be less than {len(scene.bodies)}, the number of bodies (got {end})"))
+        return None
+    return end
 
 
 _OF_SOLVER = ("solver", "solver_settings", "position_correction", "substeps")

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from atlasphys.errors import SceneError
+from atlasphys.scene.joints import JOINTS
 from atlasphys.scene.locate import Locations, Path
 from atlasphys.scene.schema import SHAPES, BodyModel, SceneModel, WorldModel
 
@@ -110,10 +111,11 @@ def _fault(details: ErrorDetails, root: type[BaseModel]) -> Fault:
         return Fault(path, f"unknown {what}; {did_you_mean(path[-1], model.model_fields)}")
     if kind == "value_error":
         return argument_fault(path, str(context["error"]), model.model_fields)
+    what, types = ("joint", list(JOINTS)) if path[:1] == ("joints",) else ("shape", list(SHAPES))
     if kind == "union_tag_not_found":
-        return Fault(path, f"must have a key 'type', one of {', '.join(SHAPES)}")
+        return Fault(path, f"must have a key 'type', one of {', '.join(types)}")
     if kind == "union_tag_invalid":
-        return Fault((*path, "type"), f"unknown shape {show(context['tag'])}; {did_you_mean(context['tag'], SHAPES)}")
+        return Fault((*path, "type"), f"unknown {what} {show(context['tag'])}; {did_you_mean(context['tag'], types)}")
     wanted = _WANTED.get(kind) or re.sub(r"^(Input|String|Value|Tuple) should ", "", details["msg"])
     suggestion = ""
     if kind == "literal_error" and isinstance(given, str):
@@ -132,9 +134,11 @@ _WANTED = {
 
 
 def _place(location: tuple[int | str, ...], root: type[BaseModel]) -> tuple[Path, type[BaseModel]]:
-    """Path of an error, and the model that found it. Pydantic puts a shape's type between ``shape`` and its keys."""
+    """Path of an error, and the model that found it. Pydantic puts a shape's type between ``shape`` and its keys, and a joint's before its own."""
     if location[:1] == ("world",):
         return location, WorldModel
+    if location[:1] == ("joints",) and len(location) > 2:
+        return location[:2] + location[3:], JOINTS[str(location[2])]
     if location[:1] != ("bodies",) or len(location) < 3:
         return location, root
     if location[2] != "shape" or len(location) < 4:

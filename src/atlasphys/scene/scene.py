@@ -23,6 +23,7 @@ class Scene:
     Args:
         bodies: the bodies in the order in which they are added, as mappings of the arguments of ``World.add``; the
             shape is a mapping too, its ``type`` beside its sizes.
+        joints: the joints, as mappings: ``type`` names the kind, ``a`` and ``b`` are names or places of bodies, the rest are its arguments.
         world: arguments of :class:`atlasphys.World`.
         name: name of the scene.
         description: what it shows, in a line.
@@ -41,6 +42,7 @@ class Scene:
         self,
         bodies: Iterable[Mapping[str, Any] | BodyModel] = (),
         *,
+        joints: Iterable[Mapping[str, Any]] = (),
         world: Mapping[str, Any] | None = None,
         name: str | None = None,
         description: str | None = None,
@@ -50,7 +52,7 @@ class Scene:
         given = {"name": name, "description": description, "seconds": seconds, "dt": dt, "world": world and dict(world)}
         data = {key: value for key, value in given.items() if value is not None}
         self._source = Source(name if isinstance(name, str) and name else "scene")
-        self.model = check({"version": VERSION, **data, "bodies": tuple(bodies)}, self._source)
+        self.model = check({"version": VERSION, **data, "bodies": tuple(bodies), "joints": tuple(joints)}, self._source)
 
     @classmethod
     def from_data(cls, data: Any, source: Source) -> Scene:
@@ -66,10 +68,18 @@ class Scene:
 
     @classmethod
     def from_world(cls, world: World, *, name: str | None = None, description: str | None = None) -> Scene:
-        """The scene of a world as it is now: its settings and bodies, without the impulses kept for warm starting."""
+        """The scene of a world as it is now: its settings, bodies and joints that act, without the impulses kept for warm starting."""
         from atlasphys.scene.build import describe_body, describe_world
+        from atlasphys.scene.joints import describe_joint
 
-        return cls(map(describe_body, world.bodies), world=describe_world(world), name=name, description=description)
+        joints = [describe_joint(joint) for joint in world.joints if joint.enabled and not joint.broken]
+        return cls(
+            map(describe_body, world.bodies),
+            joints=joints,
+            world=describe_world(world),
+            name=name,
+            description=description,
+        )
 
     @property
     def name(self) -> str:

@@ -6,11 +6,9 @@ A setting that is left out has the default of :class:`atlasphys.World` or of ``W
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Annotated, Any, ClassVar, Literal, Self, get_args
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self, Union, get_args
 
 from pydantic import (
-    BaseModel,
-    ConfigDict,
     Field,
     Strict,
     StringConstraints,
@@ -22,20 +20,11 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from atlasphys.engine.shapes.shape import Shape
+from atlasphys.scene.joints import JOINTS, JointModel
+from atlasphys.scene.model import Flag, Model, Name, NotNegative, Positive, Quaternion, Real, Text, Vector, Whole
 
 VERSION = 1
 """Version of the schema that is written, and the newest that is read."""
-
-Real = Annotated[float, Strict(), Field(allow_inf_nan=False)]
-"""A finite number; text and booleans are not taken for one."""
-Positive = Annotated[Real, Field(gt=0)]
-NotNegative = Annotated[Real, Field(ge=0)]
-Whole = Annotated[int, Strict()]
-Flag = Annotated[bool, Strict()]
-Text = Annotated[str, Strict()]
-Name = Annotated[str, Strict(), StringConstraints(min_length=1)]
-Vector = Annotated[tuple[Real, ...], Field(min_length=3, max_length=3)]
-Quaternion = Annotated[tuple[Real, ...], Field(min_length=4, max_length=4)]
 
 
 def _either(wanted: str) -> WrapValidator:
@@ -59,17 +48,6 @@ Color = Annotated[
     | Annotated[tuple[Annotated[Real, Field(ge=0, le=1)], ...], Field(min_length=3, max_length=3)],
     _either("be '#rrggbb', or three numbers from 0 to 1"),
 ]
-
-
-class Model(BaseModel):
-    """What all parts of a scene have in common: an unknown key is an error, and a value never changes."""
-
-    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True, frozen=True)
-
-    def given(self) -> dict[str, Any]:
-        """The settings that were given and are not None, by name, in the order of the schema."""
-        chosen = ((name, getattr(self, name)) for name in type(self).model_fields if name in self.model_fields_set)
-        return {name: value for name, value in chosen if value is not None}
 
 
 class ShapeModel(Model):
@@ -216,6 +194,12 @@ SHAPES: dict[str, type[ShapeModel]] = {
 """The model of each shape by its type."""
 
 
+if TYPE_CHECKING:
+    AnyJoint = JointModel
+else:
+    AnyJoint = Annotated[Union[tuple(JOINTS.values())], Field(discriminator="type")]  # noqa: UP007
+
+
 class BodyModel(Model):
     """A body: the arguments of ``World.add``."""
 
@@ -315,3 +299,5 @@ class SceneModel(Model):
     """Settings of the world."""
     bodies: tuple[BodyModel, ...] = ()
     """The bodies, in the order in which they are added."""
+    joints: tuple[AnyJoint, ...] = ()
+    """The joints, in the order in which they are made; ``type`` names the kind, ``a`` and ``b`` the bodies."""

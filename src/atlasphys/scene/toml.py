@@ -1,4 +1,4 @@
-"""Write a scene as TOML: one table a body, short values in one line."""
+"""Write a scene as TOML: one table a body or joint, short values in one line."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from typing import Any
 
 def to_toml(data: dict[str, Any]) -> str:
     """TOML text of a scene's data."""
-    lines = _pairs({key: value for key, value in data.items() if key not in ("world", "bodies")})
+    lines = _pairs({key: value for key, value in data.items() if key not in ("world", "bodies", "joints")})
     if data.get("world"):
         lines += ["", "[world]", *_pairs(data["world"])]
     for body in data.get("bodies", ()):
         lines += ["", "[[bodies]]", *_pairs(body)]
+    for joint in data.get("joints", ()):
+        lines += ["", "[[joints]]", *_pairs(joint)]
     return "\n".join(lines) + "\n"
 
 

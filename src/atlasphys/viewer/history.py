@@ -6,7 +6,8 @@ from collections import deque
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from atlasphys.world.world import Snapshot, World
+    from atlasphys.world.snapshot import Snapshot
+from atlasphys.world.world import World
 
 INTERVAL = 10
 """Steps between two snapshots. Fewer: faster steps back and more memory."""

@@ -94,3 +94,14 @@ def rgb(value: object) -> tuple[float, float, float] | None:
         return r, g, b
     r, g, b = (in_range(f"color[{i}]", entry, 0, 1) for i, entry in enumerate(entries("color", value, 3, wanted)))
     return r, g, b
+
+
+def check_name(name: object) -> None:
+    """Refuse what is no name. Python strings may contain halves of characters (lone surrogates), which files cannot hold."""
+    try:
+        if isinstance(name, str) and name:
+            name.encode()
+            return
+    except UnicodeEncodeError:
+        pass
+    raise InvalidArgumentError(f"name must be a non-empty string of Unicode text or None (got {name!r})")

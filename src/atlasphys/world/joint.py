@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 import numpy.typing as npt
 
-from atlasphys.engine.joints.compose import change_joint, reactions
+from atlasphys.engine.joints.compose import add_joint, change_joint, reactions
 from atlasphys.engine.joints.frames import Pose, to_world
 from atlasphys.engine.joints.kinds.kind import JointKind
 from atlasphys.engine.joints.measure import coordinate
@@ -17,6 +17,7 @@ from atlasphys.engine.joints.part import Motor
 from atlasphys.engine.state.bodies import DYNAMIC
 from atlasphys.engine.state.joints import MOTOR_TOTAL, WORLD
 from atlasphys.errors import InvalidArgumentError, RemovedJointError
+from atlasphys.world.arguments import check_name
 from atlasphys.world.body import Body
 
 if TYPE_CHECKING:
@@ -365,7 +366,8 @@ class Joints:
     def bodies(self) -> npt.NDArray[np.int32]:
         """(n, 2) rows of the two bodies of each joint; −1: the world."""
         table = self._world._state.joints
-        return _read_only(table.rows.body[: table.count])
+        rows: npt.NDArray[np.int32] = _read_only(table.rows.body[: table.count])
+        return rows
 
     @property
     def reaction_force(self) -> npt.NDArray[np.float64]:
@@ -425,3 +427,20 @@ def check_ends(world: World, kind: JointKind) -> tuple[int, int]:
     if not any(row != WORLD and kinds[row] == DYNAMIC for row in rows):
         raise InvalidArgumentError("one of the two bodies of a joint must be dynamic; these cannot be moved by forces")
     return a, b
+
+
+def join(world: World, joint: JointKind, name: str | None) -> Joint:
+    """Do what ``World.join`` says."""
+    if not isinstance(joint, JointKind) or not joint.type:
+        raise InvalidArgumentError(f"joint must be a joint such as ap.Ball(a, b, anchor=(0, 1, 0)) (got {joint!r})")
+    rows = check_ends(world, joint)
+    if name is not None:
+        check_name(name)
+        if any(info.name == name for info in world._joint_infos):
+            raise InvalidArgumentError(f"name {name!r} is already taken by another joint of this world")
+    a, b = (pose_of(world, row) for row in rows)
+    kind = dataclasses.replace(joint, a=None, b=None).placed(a, b)
+    row = add_joint(world._state, kind, (world._generation << 32) + world._serial, rows)
+    world._serial += 1
+    world._joint_infos.append(JointInfo(kind, name))
+    return Joint(world, row)

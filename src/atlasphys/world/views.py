@@ -188,6 +188,20 @@ class Bodies:
         return [info.name for info in self._world._infos]
 
 
+def events(world: World) -> list[Event]:
+    """What happened in the last step."""
+    state, body = world._state, world._state.colliders.body
+    result = [
+        Event(kind, Body(world, int(body[a])), Body(world, int(body[b])))
+        for kind, pairs in (("contact_begin", state.began), ("contact_end", state.ended))
+        for a, b in pairs
+    ]
+    for kind, rows in (("sleep", state.slept), ("wake", state.woke)):
+        result += [Event(kind, Body(world, int(row))) for row in rows]
+    broke = [Joint(world, int(row)) for row in state.joints.broke]
+    return result + [Event("joint_break", joint.a, joint.b, joint) for joint in broke]
+
+
 CONTACT = np.dtype(
     [
         ("body_a", np.int32),

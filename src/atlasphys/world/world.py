@@ -6,7 +6,6 @@ import copy
 import dataclasses
 import secrets
 from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
 from typing import Any
@@ -16,7 +15,7 @@ import numpy.typing as npt
 
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.constants import RESTITUTION_THRESHOLD
-from atlasphys.engine.joints.compose import add_joint, break_joints
+from atlasphys.engine.joints.compose import break_joints
 from atlasphys.engine.joints.kinds.kind import JointKind
 from atlasphys.engine.manifold.build import COMBINE_RULES
 from atlasphys.engine.run import run
@@ -33,6 +32,7 @@ from atlasphys.world import totals
 from atlasphys.world.arguments import (
     bits,
     bounded_vector,
+    check_name,
     choice,
     in_range,
     lock_bits,
@@ -41,7 +41,7 @@ from atlasphys.world.arguments import (
 )
 from atlasphys.world.body import COEFFICIENTS, RESPONSES, Body
 from atlasphys.world.html import world_html
-from atlasphys.world.joint import Joint, JointInfo, Joints, check_ends, pose_of
+from atlasphys.world.joint import Joint, JointInfo, Joints, join
 from atlasphys.world.settings import (
     DEFAULT_PRESET,
     LONGEST_RUN,
@@ -58,32 +58,11 @@ from atlasphys.world.settings import (
     threshold_of,
     with_substeps,
 )
+from atlasphys.world.snapshot import BodyInfo, Snapshot
 from atlasphys.world.trace import Records, trace_of, trace_records
-from atlasphys.world.views import Bodies, Energy, Event, contact_count, contact_points
+from atlasphys.world.views import Bodies, Energy, Event, contact_count, contact_points, events
 from atlasphys.world.watch import Watcher, advance_watched
 from atlasphys.world.written import check_written
-
-
-@dataclass(frozen=True, slots=True)
-class BodyInfo:
-    """What is known of a body beside the physics."""
-
-    name: str | None
-    color: tuple[float, float, float] | None
-
-
-class Snapshot:
-    """A world's state at one moment, from :meth:`World.snapshot`. It can be restored any number of times, and pickled."""
-
-    __slots__ = ("_infos", "_joint_infos", "_pipeline", "_state")
-
-    def __init__(self, state: State, infos: list[BodyInfo], joint_infos: list[JointInfo], pipeline: Pipeline) -> None:
-        self._state = state
-        self._infos, self._joint_infos = infos, joint_infos
-        self._pipeline = pipeline
-
-    def __repr__(self) -> str:
-        return f"<Snapshot: {self._state.count} bodies at {self._state.time:.6g} s>"
 
 
 class World:
@@ -445,7 +424,7 @@ class World:
     def _checked_name(self, name: str | None) -> str | None:
         if name is None:
             return None
-        _check_name(name)
+        check_name(name)
         if any(info.name == name for info in self._infos):
             raise InvalidArgumentError(f"name {name!r} is already taken by another body of this world")
         return name
@@ -482,18 +461,7 @@ class World:
                 such joint. The world is unchanged.
             RemovedBodyError: one of the bodies has been removed.
         """
-        if not isinstance(joint, JointKind) or not joint.type:
-            raise InvalidArgumentError(f"joint must be a joint such as ap.Ball(a, b, anchor=(0, 1, 0)) (got {joint!r})")
-        rows = check_ends(self, joint)
-        if name is not None:
-            _check_name(name)
-            if any(info.name == name for info in self._joint_infos):
-                raise InvalidArgumentError(f"name {name!r} is already taken by another joint of this world")
-        kind = dataclasses.replace(joint, a=None, b=None).placed(*(pose_of(self, row) for row in rows))
-        row = add_joint(self._state, kind, (self._generation << 32) + self._serial, rows)
-        self._serial += 1
-        self._joint_infos.append(JointInfo(kind, name))
-        return Joint(self, row)
+        return join(self, joint, name)
 
     @property
     def joints(self) -> Joints:
@@ -607,25 +575,9 @@ class World:
 
     @property
     def events(self) -> list[Event]:
-        """What happened in the last step: contacts that began and ended, bodies that fell asleep or were woken by a contact, joints that broke. A body that is removed
-        takes its contacts with it without an event."""
-        state, body = self._state, self._state.colliders.body
-        return (
-            [
-                Event(kind, Body(self, int(body[a])), Body(self, int(body[b])))
-                for kind, pairs in (("contact_begin", state.began), ("contact_end", state.ended))
-                for a, b in pairs
-            ]
-            + [
-                Event(kind, Body(self, int(row)))
-                for kind, rows in (("sleep", state.slept), ("wake", state.woke))
-                for row in rows
-            ]
-            + [
-                Event("joint_break", joint.a, joint.b, joint)
-                for joint in (Joint(self, int(row)) for row in state.joints.broke)
-            ]
-        )
+        """What happened in the last step: contacts that began and ended, bodies that fell asleep or were woken by a contact, joints that broke. A
+        body that is removed takes its contacts with it without an event."""
+        return events(self)
 
     @property
     def profile(self) -> Mapping[str, float]:
@@ -741,17 +693,3 @@ class World:
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._start_generation()
-
-
-def _check_name(name: object) -> None:
-    if not isinstance(name, str) or not name or not _is_unicode(name):
-        raise InvalidArgumentError(f"name must be a non-empty string of Unicode text or None (got {name!r})")
-
-
-def _is_unicode(text: str) -> bool:
-    """Whether files can hold the text: Python strings may contain halves of characters (lone surrogates)."""
-    try:
-        text.encode()
-    except UnicodeEncodeError:
-        return False
-    return True

@@ -49,8 +49,8 @@ def rooms(block, rows, geometry, bound, half, offset, margin, room, reach):
 
 
 @kernel
-def near_pairs(block, pair_bodies, reach, gap):
-    return near(block, pair_bodies, reach, gap)
+def near_pairs(pairs, reach, gap):
+    return near(pairs, reach, gap)
 
 
 @kernel
@@ -414,12 +414,12 @@ def test_tight_boxes_that_touch(real):
         reach[:, :3] = rng.integers(-3, 3, (12, 3))
         reach[:, 3:6] = reach[:, :3] + rng.integers(0, 4, (12, 3))  # touching counts
         reach[11] = (-np.inf,) * 3 + (np.inf,) * 3 + (0, 0)  # a plane
-        pair_bodies = rng.integers(0, 12, (1, 2, 8)).astype(np.int32)
-        a, b = reach[pair_bodies[0]]
+        pairs = rng.integers(0, 12, (2, 8)).astype(np.int32)
+        a, b = reach[pairs]
         touch = ((a[:, :3] <= b[:, 3:6]) & (b[:, :3] <= a[:, 3:6])).all(axis=1)
         gap, read = np.zeros((2, 1, 8), reach.dtype)
-        answer = near_pairs(0, pair_bodies, reach, gap)
-        assert answer == near_pairs.py_func(0, pair_bodies, reach, read) == sum(1 << k for k in range(8) if touch[k])
+        answer = near_pairs(pairs, reach, gap)
+        assert answer == near_pairs.py_func(pairs, reach, read) == sum(1 << k for k in range(8) if touch[k])
         np.testing.assert_array_equal(gap, read)
         seen |= set(touch.tolist())
     assert seen == {True, False}

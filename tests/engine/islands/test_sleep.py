@@ -11,14 +11,14 @@ from atlasphys.engine.state.bodies import AWAKE, CHANGED, DYNAMIC, KINEMATIC, ST
 
 
 @kernel
-def sleep(a, b, live, number, body, kind, island, rest, motion, active, count, parent, ready):
-    return put_to_sleep(a, b, live, number, body, kind, island, rest, motion, active, count, parent, ready)
+def sleep(a, b, live, number, body, linked, kind, island, rest, motion, active, count, parent, ready):
+    return put_to_sleep(a, b, live, number, body, linked, kind, island, rest, motion, active, count, parent, ready)
 
 
 @kernel
-def wake(a, b, live, number, body, kind, island, rest, active, count, marked, island_before, rest_before):
+def wake(a, b, live, number, body, linked, kind, island, rest, active, count, marked, island_before, rest_before):
     return wake_touched(
-        a, b, live, number, body, kind, island, rest, active, count, marked, island_before, rest_before
+        a, b, live, number, body, linked, kind, island, rest, active, count, marked, island_before, rest_before
     )  # fmt: skip
 
 
@@ -84,6 +84,11 @@ def columns(pairs, count):
     )
 
 
+def contacts_and_joints(pairs, count):
+    """Every other pair as a contact, the rest as joints, as the kernels take them."""
+    return *columns(pairs[::2], count), np.array(pairs[1::2], np.int32).reshape(-1, 2)
+
+
 @settings(max_examples=150)
 @given(worlds())
 def test_islands_sleep_and_wake_as_a_whole(world):
@@ -96,7 +101,7 @@ def test_islands_sleep_and_wake_as_a_whole(world):
     driven = {i for i in range(count) if kind[i] == KINEMATIC and moving[i]}
 
     parent, ready = np.zeros(count, np.int32), np.zeros(count, np.uint8)
-    contacts = columns(pairs, count)
+    contacts = contacts_and_joints(pairs, count)
     slept = sleep(*contacts, kind, island, rest, motion, active, count, parent, ready)
     expected = np.full(count, AWAKE)
     for members in islands_of(kind, pairs):
@@ -112,10 +117,11 @@ def test_islands_sleep_and_wake_as_a_whole(world):
     # Something comes to touch some of them: each island that has a contact with what is active wakes, and no other.
     before, touched = island.copy(), rest.copy()
     was, rested = np.full(count, -7, np.int32), np.full(count, -7.0)
-    more = columns(pairs + [(0, count - 1)] if count > 1 else pairs, count)
+    pairs = pairs + [(0, count - 1)] if count > 1 else pairs
+    more = contacts_and_joints(pairs, count)
     woken = {
         int(before[i])
-        for i, j in [*zip(more[0], more[1], strict=True), *zip(more[1], more[0], strict=True)]
+        for i, j in [*pairs, *((j, i) for i, j in pairs)]
         if kind[i] == DYNAMIC and before[i] != AWAKE and active[j]
     }
     number = wake(*more, kind, island, rest, active, count, ready, was, rested)

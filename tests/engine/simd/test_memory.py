@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from atlasphys.engine.jit import kernel
-from atlasphys.engine.simd import gather, load, scatter, simd_kernel, store
+from atlasphys.engine.simd import beside, gather, load, scatter, simd_kernel, store
 
 DTYPES = (np.float32, np.float64, np.int32, np.int64)
 
@@ -20,6 +20,20 @@ def move(block, index, source, target, mask):
 def moved(index, source, target, mask):
     for block in range(index.shape[0]):
         move(block, index, source, target, mask)
+
+
+@simd_kernel
+def move_two(block, other, index, source, target, mask):
+    """The same for two blocks side by side; the mask is given as integers."""
+    block = beside(block, other)
+    rows = load(index, block)
+    scatter(target, rows, gather(source, rows, 16, 8), 1, where=load(mask, block))
+
+
+@kernel
+def moved_by_twos(index, source, target, mask):
+    for block in range(0, index.shape[0], 2):
+        move_two(block, min(block + 1, index.shape[0] - 1), index, source, target, mask)
 
 
 @simd_kernel
@@ -65,9 +79,10 @@ def test_rows(dtype, integer):
     expected = target.copy()
     chosen = index[mask > 0]
     expected[chosen, 1:17] = source[chosen, 8:24]
-    for answer in both(moved, index, source, target, mask):
-        np.testing.assert_array_equal(answer[2], expected)
-        np.testing.assert_array_equal(answer[1], source)
+    for driver in (moved, moved_by_twos):
+        for answer in both(driver, index, source, target, mask):
+            np.testing.assert_array_equal(answer[2], expected)
+            np.testing.assert_array_equal(answer[1], source)
 
 
 def test_rows_named_twice_keep_the_last_lanes_values_and_later_blocks_see_them():

@@ -171,10 +171,10 @@ def has_left(first, stop, rows, center, geometry, fat, margin, offset, room):
 
 
 @simd_kernel
-def near(block, pair_bodies, reach, gap) -> int:
+def near(pairs, reach, gap) -> int:
     """Which of eight pairs of bodies have tight boxes that touch: a bit for each. In ``gap`` (1, 8) the others have how far apart the boxes are
     along the axis that parts them farthest [m], less the rounding of their computation."""
-    a, b = load(pair_bodies, block, 0), load(pair_bodies, block, 1)
+    a, b = load(pairs, 0), load(pairs, 1)
     box_a, box_b = gather(reach, a), gather(reach, b)
     touch = a == a
     apart = size = full(box_a[0], 0)

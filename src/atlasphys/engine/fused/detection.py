@@ -3,7 +3,7 @@
 import numpy as np
 
 from atlasphys.engine.broadphase.fat_boxes import near
-from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.jit import inlined, kernel, routine
 from atlasphys.engine.manifold.build import combine_materials_lane
 from atlasphys.engine.manifold.recycle import (
     HAS_COPY,
@@ -24,28 +24,31 @@ from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lane
 from atlasphys.engine.narrowphase.layout import lay_out
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call, call_address
+from atlasphys.engine.simd.bits import fetch
+from atlasphys.engine.simd.by_address import part_of
 from atlasphys.engine.state.bodies import KINEMATIC
 from atlasphys.engine.state.work import (
     BEGAN,
+    CHUNK,
     EDGE_LIMIT,
     ENDED,
     GENERIC,
     GENERIC_DATA,
     KEEPS,
     KINEMATIC_BODIES,
+    LOOK_NEARER,
     OLD_ROWS,
     PAIRS,
     PAIRS_CHANGED,
     PARITY,
+    RECYCLE_MANY,
+    RECYCLE_ONE,
     RENAME,
     SLOTS,
     STEP,
-    lanes_of,
+    TASKS,
 )
 from atlasphys.engine.team import member_of, share
-
-CHUNK = 128
-"""Pairs that a thread collides at a stretch; whole blocks."""
 
 PLANE_CELL = 64.0
 """Cell size of the lattice on which a plane's centre is taken to be [m]."""
@@ -75,6 +78,13 @@ def find_origins(pairs, count, old_a, old_b, old_count, old_touching, old_rows, 
     return lost
 
 
+@inlined
+def bodies_of(p, pair_bodies):
+    """The rows of the two bodies of a pair."""
+    block, lane = p // LANES, p % LANES
+    return pair_bodies[block, 0, lane], pair_bodies[block, 1, lane]
+
+
 @routine
 def far_center(near_center):
     """Where a plane's centre is taken to be, as seen from a body: near it, so that differences are exact enough in single precision, and not moving
@@ -82,21 +92,25 @@ def far_center(near_center):
     return PLANE_CELL * np.rint(near_center / PLANE_CELL)
 
 
-@routine
-def fill_pair_lane(lane, p, pairs, plane_side, origin, body, center, old_count, lanes):
+@inlined
+def fill_pair_lane(lane, p, work, center, old_count, lanes):
     """Put pair p into a lane of the scratch block. Returns the rows of its bodies."""
-    a, b = body[pairs[p, 0]], body[pairs[p, 1]]
+    a, b = bodies_of(p, work.pair_bodies)
     lanes.integers[PAIR_A, lane], lanes.integers[PAIR_B, lane] = a, b
-    j = origin[p]
-    known = j >= 0 and old_count[j] > 0
-    lanes.integers[OLD_ROW, lane] = j if known else 0
-    lanes.integers[OLD_COUNT, lane] = old_count[j] if known else 0
+    j = max(work.origin[p], 0)
+    count = old_count[j] if work.origin[p] >= 0 else 0
+    lanes.integers[OLD_ROW, lane] = j if count > 0 else 0
+    lanes.integers[OLD_COUNT, lane] = count
     lanes.integers[NEW_ROW, lane] = p
-    side = plane_side[p]
-    for k in range(3):
-        center_a = far_center(center[b, k]) if side == 1 else center[a, k]
-        center_b = far_center(center[a, k]) if side == 2 else center[b, k]
-        lanes.delta[k, lane] = center_b - center_a
+    side = work.plane_side[p]
+    if side == 0:
+        for k in range(3):
+            lanes.delta[k, lane] = center[b, k] - center[a, k]
+    else:
+        for k in range(3):
+            center_a = far_center(center[b, k]) if side == 1 else center[a, k]
+            center_b = far_center(center[a, k]) if side == 2 else center[b, k]
+            lanes.delta[k, lane] = center_b - center_a
     return a, b
 
 
@@ -134,9 +148,7 @@ def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, la
     lanes.queued[kind] = 0
     for lane in range(LANES):
         p = lanes.queue[kind, min(lane, number - 1)]
-        a, b = fill_pair_lane(
-            lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
-        )
+        a, b = fill_pair_lane(lane, p, work, bodies.center, old.count, lanes)
         lanes.integers[SWAPPED, lane] = place_lane(
             lane, kind, work.pairs[p, 0], work.pairs[p, 1], a, b, bodies, colliders.shape, shapes, lanes
         )
@@ -161,16 +173,12 @@ def enqueue(p, bodies, colliders, shapes, constants, old, new, work, lanes):
 
 
 @routine
-def recycle_queue(points, bodies, colliders, shapes, constants, old, new, work, lanes):
-    """Recycle the pairs of up to so many points that wait for it, up to eight, or have them collided."""
-    waiting = KINDS if points > 1 else KINDS + 1
-    number = lanes.queued[waiting]
-    lanes.queued[waiting] = 0
+def recycle_waiting(points, first, number, bodies, colliders, shapes, constants, old, new, work, lanes):
+    """Recycle up to eight of the pairs of up to so many points that wait for it, or have them collided."""
+    waiting = lanes.waiting[RECYCLE_MANY if points > 1 else RECYCLE_ONE]
     for lane in range(LANES):
-        p = lanes.queue[waiting, min(lane, number - 1)]
-        fill_pair_lane(
-            lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
-        )
+        p = waiting[first + min(lane, number - 1)]
+        fill_pair_lane(lane, p, work, bodies.center, old.count, lanes)
         lanes.integers[HAS_COPY, lane] = 1 if new.collided[p] == old.collided[work.origin[p]] else 0
     if points > 1:
         recycle(4, lanes.integers, lanes.delta, bodies.geometry, old, new, constants.recycling)
@@ -178,15 +186,16 @@ def recycle_queue(points, bodies, colliders, shapes, constants, old, new, work, 
         recycle(1, lanes.integers, lanes.delta, bodies.geometry, old, new, constants.recycling)
     recycled = 0
     for lane in range(number):
-        if lanes.integers[RESULT, lane]:
-            recycled |= 1 << lane
+        recycled |= lanes.integers[RESULT, lane] << lane
     for lane in range(number):
-        p = lanes.queue[waiting, lane]
+        p = waiting[first + lane]
         if recycled & (1 << lane):
             j = work.origin[p]
-            new.count[p], new.touching[p], new.collided[p] = old.count[j], old.touching[j], old.collided[j]
-            for k in range(4):
-                new.feature[p, k] = old.feature[j, k]
+            new.count[p], new.touching[p] = old.count[j], old.touching[j]
+            if new.collided[p] != old.collided[j]:
+                new.collided[p] = old.collided[j]
+                for k in range(4):
+                    new.feature[p, k] = old.feature[j, k]
         else:
             enqueue(p, bodies, colliders, shapes, constants, old, new, work, lanes)
 
@@ -245,60 +254,82 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work, lanes, m
     lanes.queued[:] = 0
     count = work.status[PAIRS]
     for first in range(CHUNK * member.rank, count, CHUNK * member.size):
-        stop = min(first + CHUNK, count)
-        detect_range(first, stop, bodies, colliders, shapes, constants, reach, old, new, work, lanes)
-    if lanes.queued[KINDS] > 0:
-        recycle_queue(4, bodies, colliders, shapes, constants, old, new, work, lanes)
-    if lanes.queued[KINDS + 1] > 0:
-        recycle_queue(1, bodies, colliders, shapes, constants, old, new, work, lanes)
+        sort_pairs(first, min(first + CHUNK, count), bodies, constants, old, new, work, lanes)
+        work_off(LANES, bodies, colliders, shapes, constants, reach, old, new, work, lanes)
+    work_off(1, bodies, colliders, shapes, constants, reach, old, new, work, lanes)
     for kind in range(KINDS):
         if lanes.queued[kind] > 0:
             collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, lanes)
 
 
 @routine
-def leave_distant(block, asked, reach, work, lanes):
-    """Which of the pairs of a block that are asked for have tight boxes that touch, as bits; how long the others stay apart is noted."""
-    touching = near(block, work.pair_bodies, reach, lanes.gap)
+def leave_distant(first, number, bodies, colliders, shapes, constants, reach, old, new, work, lanes):
+    """Have those of up to eight waiting pairs collided whose tight boxes touch; how long the others stay apart is noted."""
+    waiting = lanes.waiting[LOOK_NEARER]
     for lane in range(LANES):
-        if asked & ~touching & (1 << lane):
-            a, b = work.pair_bodies[block, 0, lane], work.pair_bodies[block, 1, lane]
-            work.expiry[LANES * block + lane] = work.travel[a] + work.travel[b] + lanes.gap[0, lane]
-    return asked & touching
+        p = waiting[first + min(lane, number - 1)]
+        lanes.pairs[0, lane], lanes.pairs[1, lane] = bodies_of(p, work.pair_bodies)
+    touching = near(lanes.pairs, reach, lanes.gap) if work.status[KEEPS] else (1 << LANES) - 1
+    for lane in range(number):
+        if not touching & (1 << lane):
+            travel = work.travel[lanes.pairs[0, lane]] + work.travel[lanes.pairs[1, lane]]
+            work.expiry[waiting[first + lane]] = travel + lanes.gap[0, lane]
+    for lane in range(number):
+        if touching & (1 << lane):
+            enqueue(waiting[first + lane], bodies, colliders, shapes, constants, old, new, work, lanes)
 
 
 @routine
-def detect_range(first, stop, bodies, colliders, shapes, constants, reach, old, new, work, lanes):
-    """Have a range of whole blocks of pairs recycled or collided, as soon as eight of a kind wait for it."""
-    status, origin = work.status, work.origin
-    recycling = constants.recycling[0] >= 0
-    for start in range(first, stop, LANES):
-        block = start // LANES
-        number, asked = min(LANES, stop - start), 0
-        for lane in range(number):
-            p = start + lane
-            j = origin[p]
-            work.generic[p] = 0
-            a, b = work.pair_bodies[block, 0, lane], work.pair_bodies[block, 1, lane]
-            if not (work.active[a] or work.active[b]):
-                keep_asleep(p, j, old, new, work.copied)
-                continue
-            work.copied[p] = 0
-            new.count[p] = 0
-            rides = status[KINEMATIC_BODIES] and (is_turntable(bodies, a) or is_turntable(bodies, b))
-            if recycling and j >= 0 and old.count[j] > 0 and not rides:
-                waiting = KINDS if old.count[j] > 1 else KINDS + 1
-                lanes.queue[waiting, lanes.queued[waiting]] = p
-                lanes.queued[waiting] += 1
-                if lanes.queued[waiting] == LANES:
-                    recycle_queue(old.count[j], bodies, colliders, shapes, constants, old, new, work, lanes)
-            elif not status[KEEPS] or work.travel[a] + work.travel[b] >= work.expiry[p]:
-                asked |= 1 << lane
-        if asked and status[KEEPS]:
-            asked = leave_distant(block, asked, reach, work, lanes)
-        for lane in range(number):
-            if asked & (1 << lane):
-                enqueue(start + lane, bodies, colliders, shapes, constants, old, new, work, lanes)
+def sort_pairs(first, stop, bodies, constants, old, new, work, lanes):
+    """List the pairs of a chunk by what is to be done with them. Whether a pair has points is as good as random, and a wrong guess of the processor
+    costs more than the rest: so each pair is written to the end of all lists, and those that it belongs to grow."""
+    status, queued = work.status, lanes.queued
+    recycling, keeps = constants.recycling[0] >= 0, status[KEEPS] != 0
+    many, one, nearer = queued[KINDS + RECYCLE_MANY], queued[KINDS + RECYCLE_ONE], queued[KINDS + LOOK_NEARER]
+    work.generic[first:stop] = 0
+    for p in range(first, stop):
+        a, b = bodies_of(p, work.pair_bodies)
+        j = work.origin[p]
+        if not (work.active[a] | work.active[b]):
+            keep_asleep(p, j, old, new, work.copied)
+            continue
+        points = old.count[max(j, 0)] if j >= 0 and recycling else 0
+        if status[KINEMATIC_BODIES] and (is_turntable(bodies, a) or is_turntable(bodies, b)):
+            points = 0
+        soon = j if points > 0 else 0
+        fetch(old.reference, soon, 0)
+        fetch(old.local, soon, 0)
+        fetch(old.contact, soon, 0)
+        fetch(old.points, soon, 0)
+        soon = j if points > 1 else 0
+        fetch(old.local, soon, 16)
+        fetch(old.points, soon, 16)
+        lanes.waiting[RECYCLE_MANY, many] = lanes.waiting[RECYCLE_ONE, one] = lanes.waiting[LOOK_NEARER, nearer] = p
+        many += 1 if points > 1 else 0
+        one += 1 if points == 1 else 0
+        expired = (work.travel[a] + work.travel[b] >= work.expiry[p]) | (not keeps)
+        nearer += 1 if (points == 0) & expired else 0
+        work.copied[p] = 0
+        new.count[p] = 0
+    queued[KINDS + RECYCLE_MANY], queued[KINDS + RECYCLE_ONE], queued[KINDS + LOOK_NEARER] = many, one, nearer
+
+
+@routine
+def work_off(least, bodies, colliders, shapes, constants, reach, old, new, work, lanes):
+    """Do what pairs wait for, eight at a time, until fewer than ``least`` wait."""
+    for task in range(TASKS):
+        waiting, number, first = lanes.waiting[task], lanes.queued[KINDS + task], 0
+        while number - first >= least:
+            now = min(LANES, number - first)
+            if task == LOOK_NEARER:
+                leave_distant(first, now, bodies, colliders, shapes, constants, reach, old, new, work, lanes)
+            else:
+                points = 4 if task == RECYCLE_MANY else 1
+                recycle_waiting(points, first, now, bodies, colliders, shapes, constants, old, new, work, lanes)
+            first += now
+        for k in range(number - first):
+            waiting[k] = waiting[first + k]
+        lanes.queued[KINDS + task] = number - first
 
 
 @routine
@@ -350,7 +381,7 @@ def no_call(arguments, first, stop, unused):
 @routine
 def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
     """Manifolds of the pairs that no body over lanes has collided: contact i belongs to pair ``generic[i]``."""
-    lanes, number = lanes_of(work.lanes, 0), work.status[GENERIC]
+    lanes, number = part_of(work.lanes, 0), work.status[GENERIC]
     for i in range(number):
         if contacts.gap[i] > 0:
             p = work.generic[i]
@@ -361,9 +392,7 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
         for lane in range(LANES):
             i = start + min(lane, filled - 1)
             p = work.generic[i]
-            fill_pair_lane(
-                lane, p, work.pairs, work.plane_side, work.origin, colliders.body, bodies.center, old.count, lanes
-            )
+            fill_pair_lane(lane, p, work, bodies.center, old.count, lanes)
             # Points are taken as seen from the body that cannot be a plane with a far-off origin.
             from_b = work.plane_side[p] == 1
             lanes.integers[SWAPPED, lane] = from_b
@@ -394,7 +423,7 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
 def detection_part(arguments, task, rank, size):
     """Do a thread's share of the detection."""
     bodies, colliders, shapes, table_0, table_1, _, fat, constants, work, sync = arguments
-    lanes, member = lanes_of(work.lanes, rank), member_of(sync, rank, size)
+    lanes, member = part_of(work.lanes, rank), member_of(sync, rank, size)
     if work.status[PARITY] == 0:
         detect(bodies, colliders, shapes, constants, fat.reach, table_0, table_1, work, lanes, member)
     else:

@@ -4,6 +4,8 @@ from atlasphys.engine.islands.colour import COLOURS, beside
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call, call_address
+from atlasphys.engine.simd.bits import fetch
+from atlasphys.engine.simd.by_address import part_of
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.bounce_block import EASE, EASED, MOST_STRIKES, aim, depart, strike
 from atlasphys.engine.solvers.locked import follow_turn
@@ -25,9 +27,11 @@ from atlasphys.engine.state.work import (
     PLAIN,
     TUMBLING,
     WRONG,
-    lanes_of,
 )
 from atlasphys.engine.team import meet, member_of, share
+
+AHEAD = 2
+"""So many blocks before its turn a block's manifolds are fetched: they lie anywhere in the table."""
 
 FEW_BLOCKS = 8
 """Below so many blocks, a colour is done by one thread."""
@@ -72,11 +76,23 @@ def meet_after(colour, starts, member):
 
 
 @routine
+def fetch_ahead(block, stop, integers, manifolds):
+    """Have the manifolds of a block that is soon to come brought near."""
+    if block < stop:
+        for lane in range(LANES):
+            row = integers[block, MANIFOLD, lane]
+            fetch(manifolds.contact, row, 0)
+            fetch(manifolds.points, row, 0)
+            fetch(manifolds.points, row, 16)
+
+
+@routine
 def prepare_contacts(locked, inverse_mass, constants, new, work, member):
     """Write the blocks of all contacts. BOUNCES says whether one of them has restitution."""
     ratio, bounces = constants.ratio, False
     first, stop = share(0, work.starts[1, COLOURS + 1], member)
     for block in range(first, stop):
+        fetch_ahead(block + AHEAD, stop, work.integers_many, new)
         if prepare(4, locked, block, work.integers_many, work.blocks_many, new, inverse_mass, ratio):
             bounces = note_materials(4, block, work.integers_many, work.rolls_many, new) or bounces
             if work.integers_many[block, ROLLS, 0]:
@@ -85,6 +101,7 @@ def prepare_contacts(locked, inverse_mass, constants, new, work, member):
                 )  # fmt: skip
     first, stop = share(0, work.starts[0, COLOURS + 1], member)
     for block in range(first, stop):
+        fetch_ahead(block + AHEAD, stop, work.integers_one, new)
         if prepare(1, locked, block, work.integers_one, work.blocks_one, new, inverse_mass, ratio):
             bounces = note_materials(1, block, work.integers_one, work.rolls_one, new) or bounces
             if work.integers_one[block, ROLLS, 0]:
@@ -237,11 +254,13 @@ def store_contacts(new, work, member):
     """Write the impulses to the manifolds."""
     first, stop = share(0, work.starts[1, COLOURS + 1], member)
     for block in range(first, stop):
+        fetch_ahead(block + AHEAD, stop, work.integers_many, new)
         store_impulses(4, block, work.integers_many, work.blocks_many, new)
         if work.integers_many[block, ROLLS, 0]:
             store_rolling(block, work.integers_many, work.blocks_many, work.rolls_many, new)
     first, stop = share(0, work.starts[0, COLOURS + 1], member)
     for block in range(first, stop):
+        fetch_ahead(block + AHEAD, stop, work.integers_one, new)
         store_impulses(1, block, work.integers_one, work.blocks_one, new)
         if work.integers_one[block, ROLLS, 0]:
             store_rolling(block, work.integers_one, work.blocks_one, work.rolls_one, new)
@@ -354,7 +373,7 @@ def take_part(arguments, rank, size, locked):
     """Do a thread's share of the response. ``locked`` are the rows of the bodies whose rotation is locked about some axis; None if no body
     has any locks, not even of its translation."""
     bodies, _, _, table_0, table_1, _, _, constants, work, sync = arguments
-    lanes, member = lanes_of(work.lanes, rank), member_of(sync, rank, size)
+    lanes, member = part_of(work.lanes, rank), member_of(sync, rank, size)
     respond(bodies, locked, constants, table_1 if work.status[PARITY] == 0 else table_0, work, member)
     settle_bodies(bodies, work, lanes, member)
 

@@ -24,6 +24,7 @@ from atlasphys.engine.narrowphase.apart import add_travel
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call, call_address
 from atlasphys.engine.simd.atomic import now
+from atlasphys.engine.simd.by_address import part_of
 from atlasphys.engine.state.joint_work import KEEP_RESULTS
 from atlasphys.engine.state.manifolds import DEPTH, POINT_COLUMNS
 from atlasphys.engine.state.pose import refresh
@@ -77,7 +78,6 @@ from atlasphys.engine.state.work import (
     TUMBLING,
     WOKEN,
     WRONG,
-    lanes_of,
 )
 from atlasphys.engine.team import CODE, DATA, do_task, member_of, share
 
@@ -103,11 +103,10 @@ def list_live(count, rows, pair_bodies, active, live):
     """List the manifolds that have points and an active body; return how many."""
     number = 0
     for i in range(rows):
-        if count[i] > 0:
-            block, lane = i // LANES, i % LANES
-            if active[pair_bodies[block, 0, lane]] or active[pair_bodies[block, 1, lane]]:
-                live[number] = i
-                number += 1
+        block, lane = i // LANES, i % LANES
+        moves = active[pair_bodies[block, 0, lane]] | active[pair_bodies[block, 1, lane]]
+        live[number] = i  # no branch: a processor would guess wrong half the time
+        number += 1 if (count[i] > 0) & (moves != 0) else 0
     return number
 
 
@@ -194,28 +193,29 @@ def remember(bodies, remembered, work, member):
 def note_events(new, old, work):
     """Which pairs touch now, and which began or ceased to in this step."""
     status, pairs = work.status, work.pairs
+    ended = status[ENDED]
     for p in range(status[PAIRS]):
         j = work.origin[p]
-        touched = j >= 0 and old.count[j] > 0 and old.touching[j]
-        touches = new.count[p] > 0 and new.touching[p]
-        if new.count[p] > 0 and not touches:
+        touched = (j >= 0) & (old.count[max(j, 0)] > 0) & (old.touching[max(j, 0)] != 0)
+        work.ended[ended, 0], work.ended[ended, 1] = pairs[p, 0], pairs[p, 1]
+        ended += 1 if touched & (new.count[p] == 0) else 0
+    status[ENDED] = ended
+    for s in range(status[LIVE]):
+        p = work.live[s]
+        if not new.touching[p]:
             for k in range(new.count[p]):
-                column = POINT_COLUMNS * k
-                touches = touches or new.total[p, k] > 0 or new.points[p, column + DEPTH] >= 0
-            new.touching[p] = touches
-        if touches and not touched:
-            work.began[status[BEGAN], 0], work.began[status[BEGAN], 1] = pairs[p, 0], pairs[p, 1]
-            status[BEGAN] += 1
-        if touched and new.count[p] == 0:
-            work.ended[status[ENDED], 0], work.ended[status[ENDED], 1] = pairs[p, 0], pairs[p, 1]
-            status[ENDED] += 1
+                if new.total[p, k] > 0 or new.points[p, POINT_COLUMNS * k + DEPTH] >= 0:
+                    new.touching[p] = True
+            if new.touching[p]:
+                work.began[status[BEGAN], 0], work.began[status[BEGAN], 1] = pairs[p, 0], pairs[p, 1]
+                status[BEGAN] += 1
 
 
 @routine
 def take_part(arguments, task, rank, size):
     """Do a thread's share of the tasks that are not compiled apart, as ``detection`` and ``response`` are."""
     bodies, _, _, _, _, remembered, fat, constants, work, sync = arguments
-    status, lanes, member = work.status, lanes_of(work.lanes, rank), member_of(sync, rank, size)
+    status, lanes, member = work.status, part_of(work.lanes, rank), member_of(sync, rank, size)
     if task == LOOK:
         for rows, blocks in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
             first, stop = share(0, blocks, member)

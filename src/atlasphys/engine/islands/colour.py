@@ -10,6 +10,7 @@ import numpy as np
 
 from atlasphys.engine.jit import routine
 from atlasphys.engine.simd import LANES
+from atlasphys.engine.simd.bits import trailing_ones
 from atlasphys.engine.state.blocks import BODY_A, BODY_B, COUNT, MANIFOLD, MOVES_A, MOVES_B
 
 COLOURS = 64
@@ -37,10 +38,7 @@ def colour_contacts(ends, count, live, number, moves, used, colours, sizes):
             taken |= used[row_b]
         colour = COLOURS
         if taken != full:
-            colour = 0
-            while taken & one:
-                taken >>= one
-                colour += 1
+            colour = trailing_ones(taken)
             bit = one << np.uint64(colour)
             used[row_a] |= bit
             used[row_b] |= bit

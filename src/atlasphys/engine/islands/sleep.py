@@ -1,8 +1,8 @@
 """Islands and sleep: bodies that have been at rest for a while, together with all that they touch, are left out until something disturbs them.
 
-An island is a set of dynamic bodies connected by contacts and joints; static and kinematic bodies do not connect. It falls asleep once each of its bodies has
-been slower than a threshold for ``TIME_TO_SLEEP``, and wakes as a whole. A sleeping body's entry in ``Bodies.island`` is the lowest row of its
-island, an awake one's is AWAKE.
+An island is a set of dynamic bodies connected by contacts and joints; static and kinematic bodies do not connect. It falls asleep once each of its
+bodies has been slower than a threshold for ``TIME_TO_SLEEP``, and wakes as a whole. A sleeping body's entry in ``Bodies.island`` is the lowest row
+of its island, an awake one's is AWAKE.
 
 Islands are found by union–find over the contacts and joints of the step, and only in steps in which some body has rested for long enough.
 """
@@ -72,8 +72,8 @@ def wake_touched(
 ):  # fmt: skip
     """Wake each island that has a contact with an active body, or a joint. Returns how many bodies woke.
 
-    ``live`` lists the manifolds with points, ``linked`` (n, 2) joined bodies. ``marked`` (n,) is scratch, zero before and after. ``island_before`` and ``rest_before`` (n,)
-    receive what the two were of those that wake.
+    ``live`` lists the manifolds with points, ``linked`` (n, 2) joined bodies. ``marked`` (n,) is scratch, zero before and after. ``island_before``
+    and ``rest_before`` (n,) receive what the two were of those that wake.
     """
     found = False
     for s in range(number + len(linked)):

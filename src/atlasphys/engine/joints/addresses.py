@@ -1,7 +1,7 @@
 """What is done with blocks of parts of each type, as addresses by which solvers call it.
 
-So a type is compiled once a world has such parts, and the step, which every world needs, without them. ``arguments`` are the bodies' motion, geometry,
-inverse masses and centres, and the working memory of the joints.
+So a type is compiled once a world has such parts, and the step, which every world needs, without them. ``arguments`` are the bodies' motion,
+geometry, inverse masses and centres, and the working memory of the joints.
 """
 
 from atlasphys.engine.jit import kernel, routine

@@ -1,7 +1,8 @@
 """Springs with dampers whose steps are exact.
 
-In a substep of length h a spring changes the rate v of its coordinate C from v₀ to v₁ = α v₀ − β C₀, and then C₁ = C₀ + h v₁ (semi-implicit Euler). That
-is a linear map of (C, v). Its eigenvalues are those of the damped oscillator C̈ + 2 ζ ω Ċ + ω² C = 0 over the time h, e^{(−ζ ± √(ζ² − 1)) ω h}, if its
+In a substep of length h a spring changes the rate v of its coordinate C from v₀ to v₁ = α v₀ − β C₀, and then C₁ = C₀ + h v₁ (semi-implicit Euler).
+That is a linear map of (C, v). Its eigenvalues are those of the damped oscillator C̈ + 2 ζ ω Ċ + ω² C = 0 over the time h, e^{(−ζ ± √(ζ² − 1)) ω
+h}, if its
 determinant and trace are theirs:
 
     α = e^{−2 ζ ω h},   h β = 1 + α − e^{−ζ ω h} 2 cosh(√(ζ² − 1) ω h)     (cos(√(1 − ζ²) ω h), where ζ < 1).

@@ -2,7 +2,8 @@
 
 Joints of one colour share no body that impulses move, so that eight of them at a time, and all of them on several threads, can be solved. Each joint
 takes the lowest colour that neither of its bodies has used yet, in the order in which they were made. A *phase* is what is visited at a time: the
-blocks of a type and colour (of a joint with two parts of a type, two phases). The parts of a joint have its colour and are visited in the order of their types.
+blocks of a type and colour (of a joint with two parts of a type, two phases). The parts of a joint have its colour and are visited in the order of
+their types.
 """
 
 from __future__ import annotations
@@ -139,8 +140,8 @@ def lay_out(state: State, active: npt.NDArray[np.uint8]) -> Layout:
 def set_numbers(
     state: State, layout: Layout, h: float, ratio: float, soft: tuple[float, float], fastest: float
 ) -> None:
-    """Set what depends on the length h of a substep [s]. ``soft`` are rate [1/s] and mass scale of rigid parts, ``fastest`` the greatest speed at which
-    their errors are corrected; ``ratio`` scales last step's impulses."""
+    """Set what depends on the length h of a substep [s]. ``soft`` are rate [1/s] and mass scale of rigid parts, ``fastest`` the greatest speed at
+    which their errors are corrected; ``ratio`` scales last step's impulses."""
     rate, mass = soft
     numbers = layout.work.numbers
     for entry, value in (

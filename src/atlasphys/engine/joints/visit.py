@@ -1,11 +1,11 @@
 """What a solver does with a block of eight parts of a type: prepare, warm start, solve, store. Bodies over lanes.
 
-All parts are solved alike, from their coordinates C and Jacobians J at the bodies' present poses (``PARTS``), which are worked out anew at each visit,
-so that arms and axes turn with the bodies from substep to substep.
+All parts are solved alike, from their coordinates C and Jacobians J at the bodies' present poses (``PARTS``), which are worked out anew at each
+visit, so that arms and axes turn with the bodies from substep to substep.
 
-*Blocks* (point, line, axis, lock) hold a vector C at zero: λ ← −K⁻¹ (μ J v + β C) + μ λ. *Axial* parts have one row, on which up to five impulses act,
-one after the other: a spring; a motor, which drives Ċ to its speed; friction, which drives it to 0; and the two limits, which only push. They all know
-the velocity that the ones before them left. Forces are bounded by bounding the impulse of a substep.
+*Blocks* (point, line, axis, lock) hold a vector C at zero: λ ← −K⁻¹ (μ J v + β C) + μ λ. *Axial* parts have one row, on which up to five impulses
+act, one after the other: a spring; a motor, which drives Ċ to its speed; friction, which drives it to 0; and the two limits, which only push. They
+all know the velocity that the ones before them left. Forces are bounded by bounding the impulse of a substep.
 
 Softness (μ, β) is exact for springs (elastic.py). Rigid rows and limits are soft in the ``SOLVE`` pass, so that errors are taken back without
 overshoot, and rigid without correction in the ``RELAX`` pass, which takes back the speed that correction gave. Springs are left as they are there:
@@ -18,13 +18,12 @@ from typing import Any
 
 from atlasphys.engine.joints.ends import Ends, multiply, reciprocal, rotate
 from atlasphys.engine.joints.parts import PARTS, TURNING, is_block
-from atlasphys.engine.joints.rows import NONE, Row, combined, masses, plus, pushed, rate, times
+from atlasphys.engine.joints.rows import NONE, Row, combined, masses, pushed, rate
 from atlasphys.engine.simd import full, gather, load, maximum, minimum, scatter, select, simd_kernel, sqrt, store, vec
 from atlasphys.engine.state.joint_work import (
     APART,
     BEFORE,
     FASTEST,
-    H,
     IMPULSES,
     INVERSE_H,
     KEEP,
@@ -41,6 +40,7 @@ from atlasphys.engine.state.joint_work import (
     TIED_A,
     TIED_B,
     TOTALS,
+    H,
 )
 from atlasphys.engine.state.joints import (
     ARM_A,
@@ -70,9 +70,7 @@ from atlasphys.engine.state.joints import (
     SPRING_FORCE,
     SPRING_MASS,
     SPRING_PULL,
-    TORQUE,
     TURNS_A,
-    UPPER,
 )
 
 POSE = 8

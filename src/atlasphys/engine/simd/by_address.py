@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any, ClassVar, TypeVar
 
 from llvmlite import ir
+from numba.core import cgutils
 from numba.core import imputils as _imputils
 from numba.core import pythonapi as _pythonapi
 from numba.core import types as _types
@@ -18,6 +19,9 @@ from numba.core.datamodel import registry as _registry
 from numba.core.registry import cpu_target
 from numba.core.typing import templates as _templates
 from numba.core.typing.typeof import typeof_impl
+from numba.np import arrayobj as _arrayobj
+
+from atlasphys.engine.simd.atomic import compiled_as
 
 # Numba's and llvmlite's own annotations are incomplete: hence Any, and bases and decorators that mypy is told to let pass.
 types: Any = _types
@@ -26,6 +30,7 @@ registry: Any = _registry
 imputils: Any = _imputils
 pythonapi: Any = _pythonapi
 templates: Any = _templates
+arrayobj: Any = _arrayobj
 
 Class = TypeVar("Class", bound=type)
 
@@ -65,13 +70,48 @@ class TableType(types.Type):  # type: ignore[misc]
 
 
 def by_address(table: Class) -> Class:
-    """Have compiled code pass tables of a NamedTuple's class by address. Compiled code can read their fields by name, but make none."""
+    """Have compiled code pass tables of a NamedTuple's class by address. Compiled code can read their fields by name, but make none, save by
+    ``part_of``."""
 
     @typeof_impl.register(table)
     def _type_of(value: Any, context: Any) -> Any:
         return TableType(table, tuple(typeof_impl(field, context) for field in value))
 
     return table
+
+
+def part_of(tables: Any, index: int) -> Any:
+    """Of a table of arrays the table of their parts ``array[index]``. Compiled, it holds until the function that asks for it returns."""
+    return type(tables)(*(field[index] for field in tables))
+
+
+@compiled_as(part_of)
+def _part_of(typing: Any, tables: Any, index: Any) -> Any:
+    kinds = tuple(kind.copy(ndim=kind.ndim - 1) for kind in tables.kinds)
+    part = TableType(tables.table, kinds)
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        form = context.get_value_type(part)
+        with builder.goto_entry_block():
+            room = builder.bitcast(builder.alloca(ir.ArrayType(_I64, form.size // 8)), form)
+        for (name, whole), kind in zip(tables.fields.items(), kinds, strict=True):
+            array = context.make_array(whole)(context, builder, read_field(context, builder, tables, values[0], name))
+            shape, strides = (
+                cgutils.unpack_tuple(builder, numbers, whole.ndim) for numbers in (array.shape, array.strides)
+            )
+            entry = context.make_array(kind)(context, builder)
+            arrayobj.populate_array(
+                entry,
+                data=cgutils.pointer_add(builder, array.data, builder.mul(values[1], strides[0]), array.data.type),
+                shape=shape[1:],
+                strides=strides[1:],
+                itemsize=array.itemsize,
+                meminfo=None,
+            )
+            builder.store(entry._getvalue(), form.field(builder, room, name))
+        return room
+
+    return part(tables, types.int64), generate
 
 
 def unchanging(function: Any) -> None:

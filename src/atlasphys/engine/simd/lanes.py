@@ -48,8 +48,17 @@ class Lanes:
     __bool__ = _no_branch
     __iadd__ = __isub__ = __imul__ = __itruediv__ = __iand__ = __ior__ = _no_in_place
 
-    def __init__(self, builder: Any, dtype: np.dtype[Any], value: Any) -> None:
-        self.builder, self.dtype, self.value = builder, dtype, value
+    def __init__(self, builder: Any, dtype: np.dtype[Any], value: Any, scalars: list[Any] | None = None) -> None:
+        self.builder, self.dtype, self.value, self._scalars = builder, dtype, value, scalars
+
+    @property
+    def scalars(self) -> list[Any]:
+        """The LLVM value of each number by itself. Of those that were loaded as such it is cheaper than taking the vector apart."""
+        if self._scalars is None:
+            self._scalars = [
+                self.builder.extract_element(self.value, ir.Constant(_I32, lane)) for lane in range(self.count)
+            ]
+        return self._scalars
 
     @property
     def count(self) -> int:

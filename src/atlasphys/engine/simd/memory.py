@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 
-from atlasphys.engine.simd.lanes import LANES, LLVM_TYPES, Lanes, Mask, pick
+from atlasphys.engine.simd.lanes import LANES, LLVM_TYPES, Lanes, pick
 
 _I32, _I64 = ir.IntType(32), ir.IntType(64)
 
@@ -88,21 +88,15 @@ def _halves(lanes: Any) -> list[Any]:
     if isinstance(lanes, Lanes):
         wide = lanes.widened(2 * LANES)
         return [lanes.like(pick(lanes.builder, wide.value, wide.value, part)) for part in parts]
-    if isinstance(lanes, Mask):
-        value = lanes.spread(2 * LANES).value
-        return [Mask(lanes.builder, pick(lanes.builder, value, value, part)) for part in parts]
     return [np.broadcast_to(lanes, 2 * LANES)[part] for part in parts] if lanes is not None else [None, None]
 
 
 def _joined(first: Any, second: Any) -> Any:
     """Lanes side by side."""
     if isinstance(first, Lanes):
-        return first.like(pick(first.builder, first.value, second.value, list(range(2 * LANES))))
+        value = pick(first.builder, first.value, second.value, list(range(2 * LANES)))
+        return Lanes(first.builder, first.dtype, value, first.scalars + second.scalars if not first.is_float else None)
     return np.concatenate([first, second])
-
-
-def _is_wide(lanes: Any) -> bool:
-    return (lanes.count if isinstance(lanes, Lanes) else len(lanes)) > LANES
 
 
 class Table:
@@ -126,6 +120,10 @@ class Table:
         """Eight neighbours, from ``skip`` elements behind a pointer on. No alignment is asked for: where they lie
         aligned, they are as fast."""
         return self.builder.load(self._neighbours(element, skip), align=self.dtype.itemsize)
+
+    def read_one(self, element: Any, skip: int) -> Any:
+        """The element ``skip`` behind a pointer."""
+        return self.builder.load(self.builder.gep(element, [ir.Constant(_I64, skip)]))
 
     def write(self, element: Any, vector: Any, skip: int = 0) -> None:
         """Write eight neighbours."""
@@ -182,7 +180,9 @@ def load(blocks: Any, *index: Any) -> Any:
     _check_blocks(blocks, index)
     if not isinstance(blocks, Table):
         return blocks[index].copy()
-    return Lanes(blocks.builder, blocks.dtype, blocks.read(_block_pointer(blocks, index)))
+    pointer = _block_pointer(blocks, index)
+    scalars = [blocks.read_one(pointer, lane) for lane in range(LANES)] if blocks.dtype.kind == "i" else None
+    return Lanes(blocks.builder, blocks.dtype, blocks.read(pointer), scalars)
 
 
 def store(blocks: Any, *index_and_value: Any) -> None:
@@ -207,16 +207,16 @@ def store(blocks: Any, *index_and_value: Any) -> None:
         blocks[index] = value
 
 
-def _of_dtype(array: Any, value: Any) -> Any:
-    """A value to be written, as an LLVM vector or as a NumPy array of eight."""
+def _of_dtype(array: Any, value: Any, count: int = LANES) -> Any:
+    """A value to be written, as an LLVM vector or as a NumPy array of so many lanes."""
     dtype = getattr(value, "dtype", None)
     if dtype is not None and dtype != array.dtype:
         raise TypeError(f"the value is {dtype}, the array {array.dtype}: convert the value with astype")
     if isinstance(array, Table):
         kind = LLVM_TYPES[array.dtype]
-        like = Lanes(array.builder, array.dtype, ir.Constant(ir.VectorType(kind, LANES), ir.Undefined))
+        like = Lanes(array.builder, array.dtype, ir.Constant(ir.VectorType(kind, count), ir.Undefined))
         return like.operand(value)
-    return np.broadcast_to(np.asarray(value, dtype=array.dtype), LANES)
+    return np.broadcast_to(np.asarray(value, dtype=array.dtype), count)
 
 
 def _check_rows(rows: Any, index: Any, first: int, columns: int) -> None:
@@ -243,22 +243,19 @@ def gather(rows: Any, index: Any, columns: int = LANES, first: int = 0) -> tuple
     TypeError, ValueError
         If the array's dtype, number of axes or of columns does not fit, or it is not contiguous.
     """
-    if _is_wide(index):
-        halves = [gather(rows, half, columns, first) for half in _halves(index)]
-        return tuple(_joined(*pair) for pair in zip(*halves, strict=True))
     _check_rows(rows, index, first, columns)
     if not isinstance(rows, Table):
         return tuple(np.ascontiguousarray(rows[index, first : first + columns].T))
     pointers = _row_pointers(rows, index, first)
     lanes: list[Lanes] = []
     for start in range(0, columns, LANES):
-        square = [rows.read(pointer, start) for pointer in pointers]
-        lanes += [Lanes(rows.builder, rows.dtype, column) for column in _transpose(rows.builder, square)]
+        read = [rows.read(pointer, start) for pointer in pointers]
+        lanes += [Lanes(rows.builder, rows.dtype, column) for column in _columns_of(rows.builder, read)]
     return tuple(lanes)
 
 
 def scatter(rows: Any, index: Any, values: Any, first: int = 0, where: Any = None) -> None:
-    """``rows[index, first + k] = values[k]`` for eight rows and all k, in the lanes where the mask ``where`` holds.
+    """``rows[index, first + k] = values[k]`` for eight rows and all k, in the lanes where ``where`` holds: a mask, or integers that are not 0 there.
 
     If an index is repeated, the last lane's values stay. Other rows, and rows of other lanes, are not touched: in them
     index may name any row, such as that of a static body which other threads read.
@@ -268,16 +265,12 @@ def scatter(rows: Any, index: Any, values: Any, first: int = 0, where: Any = Non
     TypeError, ValueError
         As ``gather`` does, or if a value has another dtype than the array.
     """
-    if _is_wide(index):
-        parts = zip(_halves(index), zip(*map(_halves, values), strict=True), _halves(where), strict=True)
-        for part_of_index, part_of_values, part_of_where in parts:
-            scatter(rows, part_of_index, part_of_values, first, part_of_where)
-        return
     _check_rows(rows, index, first, len(values))
-    columns = [_of_dtype(rows, value) for value in values]
+    count = index.count if isinstance(index, Lanes) else len(index)
+    columns = [_of_dtype(rows, value, count) for value in values]
     if not isinstance(rows, Table):
-        written = np.broadcast_to(True if where is None else where, LANES)
-        for lane in range(LANES):
+        written = np.broadcast_to(True if where is None else where, count)
+        for lane in range(count):
             if written[lane]:
                 rows[index[lane], first : first + len(columns)] = [column[lane] for column in columns]
         return
@@ -285,56 +278,83 @@ def scatter(rows: Any, index: Any, values: Any, first: int = 0, where: Any = Non
     if where is not None:
         pointers = _elsewhere(rows, pointers, where, len(columns))
     for start in range(0, len(columns), LANES):
-        square = _transpose(rows.builder, columns[start : start + LANES])
-        for pointer, row in zip(pointers, square, strict=True):
+        each = _rows_of(rows.builder, columns[start : start + LANES])
+        for pointer, row in zip(pointers, each, strict=True):
             rows.write(pointer, row, start)
 
 
 def _row_pointers(rows: Table, index: Lanes, first: int) -> list[Any]:
-    """Pointers to a column of eight rows."""
+    """Pointers to a column of the rows."""
     builder = rows.builder
     pointers = []
-    numbers = index.astype(np.int64).value
-    for lane in range(LANES):
-        row = builder.extract_element(numbers, ir.Constant(_I32, lane))
+    for number in index.scalars:
+        row = builder.sext(number, _I64) if number.type != _I64 else number
         offset = builder.add(builder.mul(row, rows.shape[1]), ir.Constant(_I64, first))
         pointers.append(rows.element(offset))
     return pointers
 
 
-def _elsewhere(rows: Table, pointers: list[Any], where: Mask, columns: int) -> list[Any]:
+def _elsewhere(rows: Table, pointers: list[Any], where: Any, columns: int) -> list[Any]:
     """The pointers, and for lanes that must not be written a pointer to unused memory: cheaper than eight branches."""
     builder = rows.builder
     with builder.goto_entry_block():
         unused = builder.alloca(LLVM_TYPES[rows.dtype], columns)
-    mask = where.spread().value
-    return [
-        builder.select(builder.extract_element(mask, ir.Constant(_I32, lane)), pointer, unused)
-        for lane, pointer in enumerate(pointers)
-    ]
+    if isinstance(where, Lanes):
+        truths = [builder.icmp_signed("!=", number, ir.Constant(number.type, 0)) for number in where.scalars]
+    else:
+        mask = where.spread(len(pointers)).value
+        truths = [builder.extract_element(mask, ir.Constant(_I32, lane)) for lane in range(len(pointers))]
+    return [builder.select(truth, pointer, unused) for truth, pointer in zip(truths, pointers, strict=True)]
 
 
-def _transpose(builder: Any, rows: list[Any]) -> list[Any]:
-    """Transpose of a square of eight vectors: pairs of elements, then of pairs, then of halves are exchanged.
+def _columns_of(builder: Any, rows: list[Any]) -> list[Any]:
+    """The eight columns of eight rows, or of sixteen.
 
-    The shuffles are those that every x86 has as single instructions (unpack, shuffle, permute halves).
+    Quarters of rows, four elements each, are transposed four by four, as many as a register holds; the shuffles are those that every x86 has as
+    single instructions. Rows lie side by side beforehand so that one more shuffle puts the quarters of each column in order.
     """
+    low: tuple[int, ...]
+    high: tuple[int, ...]
+    if len(rows) == LANES:
+        parts = [_transpose_quads(builder, rows[start : start + 4]) for start in (0, 4)]
+        low, high = (0, 2), (1, 3)
+    else:
+        parts = [
+            _transpose_quads(
+                builder, [_quads(builder, rows[i], rows[i + 4], 0, 1, 2, 3) for i in range(start, start + 4)]
+            )
+            for start in (0, 8)
+        ]
+        low, high = (0, 2, 4, 6), (1, 3, 5, 7)
+    columns = list(zip(*parts, strict=True))
+    return [_quads(builder, x, y, *picked) for picked in (low, high) for x, y in columns]
 
-    def shuffle(a: Any, b: Any, *picked: int) -> Any:
-        return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_I32, LANES), list(picked)))
 
-    halves = []
-    for start in (0, 4):
-        a, b, c, d = rows[start : start + 4]
-        pairs = []
-        for x, y in ((a, b), (c, d)):
-            pairs.append((shuffle(x, y, 0, 8, 1, 9, 4, 12, 5, 13), shuffle(x, y, 2, 10, 3, 11, 6, 14, 7, 15)))
-        (low_ab, high_ab), (low_cd, high_cd) = pairs
-        quads = []
-        for x, y in ((low_ab, low_cd), (high_ab, high_cd)):
-            quads += [shuffle(x, y, 0, 1, 8, 9, 4, 5, 12, 13), shuffle(x, y, 2, 3, 10, 11, 6, 7, 14, 15)]
-        halves.append(quads)
-    columns = list(zip(*halves, strict=True))
-    return [shuffle(x, y, 0, 1, 2, 3, 8, 9, 10, 11) for x, y in columns] + [
-        shuffle(x, y, 4, 5, 6, 7, 12, 13, 14, 15) for x, y in columns
-    ]
+def _rows_of(builder: Any, columns: list[Any]) -> list[Any]:
+    """The eight or sixteen rows of eight columns: ``_columns_of`` backwards."""
+    if columns[0].type.count == LANES:
+        return _columns_of(builder, columns)
+    rows = []
+    for half in ((0, 1, 4, 5), (2, 3, 6, 7)):
+        joined = [_quads(builder, columns[k], columns[k + 4], *half) for k in range(4)]
+        turned = _transpose_quads(builder, joined)
+        rows += [_quads(builder, row, row, *picked) for picked in ((0, 2), (1, 3)) for row in turned]
+    return rows
+
+
+def _quads(builder: Any, a: Any, b: Any, *picked: int) -> Any:
+    """Quarters of four elements out of two vectors, numbered through."""
+    return pick(builder, a, b, [4 * quad + k for quad in picked for k in range(4)])
+
+
+def _transpose_quads(builder: Any, rows: list[Any]) -> list[Any]:
+    """Of four vectors, each four by four elements transposed: pairs of elements are exchanged, then pairs of pairs."""
+    count = rows[0].type.count
+
+    def shuffle(x: Any, y: Any, *picked: int) -> Any:
+        lanes = [quad + k % 4 + (count if k >= 4 else 0) for quad in range(0, count, 4) for k in picked]
+        return pick(builder, x, y, lanes)
+
+    a, b, c, d = rows
+    low, high = [(shuffle(x, y, 0, 4, 1, 5), shuffle(x, y, 2, 6, 3, 7)) for x, y in ((a, b), (c, d))]
+    return [shuffle(x, y, *picked) for x, y in zip(low, high, strict=True) for picked in ((0, 1, 4, 5), (2, 3, 6, 7))]

@@ -414,8 +414,8 @@ def solve(
 ):  # fmt: skip
     """One step of length h for all bodies: velocities, then positions. Returns the number of sweeps.
 
-    Joints (state/joint_work.py) are visited before the contacts in each sweep, as soft constraints; once the bodies have moved, a last pass takes back
-    the speed that this gave, and the contacts have the last word.
+    Joints (state/joint_work.py) are visited before the contacts in each sweep, as soft constraints; once the bodies have moved, a last pass takes
+    back the speed that this gave, and the contacts have the last word.
 
     ``motions`` and ``impulses`` take notes of the sweeps as far as they have room: none, unless a trace is asked for.
     """

@@ -226,8 +226,7 @@ class Pair:
 
     def store(self):
         """Write the velocities of the bodies that are moved by impulses."""
-        moves_a = load(self.integers, self.block, MOVES_A) != 0
-        moves_b = load(self.integers, self.block, MOVES_B) != 0
+        moves_a, moves_b = load(self.integers, self.block, MOVES_A), load(self.integers, self.block, MOVES_B)
         scatter(self.motion, self.row_a, (*self.v_a, *self.w_a, *self.a[6:8]), where=moves_a)
         scatter(self.motion, self.row_b, (*self.v_b, *self.w_b, *self.b[6:8]), where=moves_b)
 

@@ -53,8 +53,8 @@ class SoftStep:
     contact_frequency: float = 34.0
     contact_damping: float = 10.0
     push_out_speed: float = 3.0
-    joint_frequency: float = 120.0
-    joint_damping: float = 1.0
+    joint_frequency: float = 80.0
+    joint_damping: float = 5.0
     joint_push_out_speed: float = 10.0
     joint_sweeps: int = 2
     warm_starting: bool = True

@@ -11,8 +11,8 @@ from atlasphys.engine.simd.by_address import by_address
 
 # Rows of a block's integers
 ROW_A, ROW_B, TIED_A, TIED_B, PART, MOVES_A, MOVES_B, LIVE, ANY = range(9)
-"""Bodies' rows (of the world: some row), whether that side is a body, row of the part (0 in an idle lane). As of the present step: whether impulses move
-the two, whether one of them is awake; and, in lane 0, whether some lane of the block is so."""
+"""Bodies' rows (of the world: some row), whether that side is a body, row of the part (0 in an idle lane). As of the present step: whether impulses
+move the two, whether one of them is awake; and, in lane 0, whether some lane of the block is so."""
 JOINT_INTEGERS = 9
 
 # Fields of a block, after the columns of ``Parts.settings``

@@ -32,7 +32,11 @@ ARM_A, ARM_B = 0, 3  # the part's anchors, from the centres of mass of a and b, 
 FRAME_A, FRAME_B = 6, 10  # the part's axes in those of a and b, unit quaternions; x is the axis of what has one
 LOWER, UPPER = 14, 15  # range of the coordinate [m, rad]; equal: it is held there
 REST = 16  # coordinate at which the spring does not act
-SPRING_MASS, SPRING_PULL, SPRING_BEFORE = 17, 18, 19  # q, β and p of the spring, see joints/elastic.py; q is −1 where there is none
+SPRING_MASS, SPRING_PULL, SPRING_BEFORE = (
+    17,
+    18,
+    19,
+)  # q, β and p of the spring, see joints/elastic.py; q is −1 where there is none
 SPRING_FORCE = 20  # greatest force of the spring [N, N m]
 SPEED, MOTOR_FORCE = 21, 22  # what the motor drives the coordinate's rate to, and its greatest force
 FRICTION_FORCE = 23  # greatest force of friction
@@ -132,8 +136,8 @@ class JointTable:
         first = self.part_count
         for array in self.rows:
             array[row] = 0
-        for array in self.parts:
-            array[first : first + parts] = 0
+        for column in self.parts:
+            column[first : first + parts] = 0
         self.rows.first[row], self.rows.parts[row] = first, parts
         self.parts.joint[first : first + parts] = row
         self.count, self.part_count, self.layout = row + 1, first + parts, None
@@ -160,8 +164,8 @@ class JointTable:
         parts = np.flatnonzero(kept[self.parts.joint[: self.part_count]])
         for column in self.rows:
             column[: len(rows)] = column[rows]
-        for column in self.parts:
-            column[: len(parts)] = column[parts]
+        for part_column in self.parts:
+            part_column[: len(parts)] = part_column[parts]
         self.count, self.part_count, self.layout = len(rows), len(parts), None
         self.parts.joint[: len(parts)] = number[self.parts.joint[: len(parts)]]
         sizes = self.rows.parts[: len(rows)]
@@ -221,7 +225,7 @@ class JointTable:
 
     def bytes(self) -> bytes:
         """All that decides how the joints go on."""
-        used = [array[: self.count] for array in self.rows[1:]]
+        used: list[npt.NDArray[Any]] = [array[: self.count] for array in self.rows[1:]]
         used += [array[: self.part_count] for array in self.parts[:-1]]
         return b"".join(np.ascontiguousarray(array).tobytes() for array in used)
 

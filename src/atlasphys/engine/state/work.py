@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from atlasphys.engine.jit import routine
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.arrays import aligned_zeros
@@ -58,10 +57,18 @@ BROADPHASE, NARROWPHASE, ISLANDS, SOLVER, FINISH = 0, 1, 3, 4, 6
 # Values of PHASE
 DETECT, TAKE_GENERIC, RESPOND = range(3)
 
+# Lists of ``Lanes.waiting``
+RECYCLE_MANY, RECYCLE_ONE, LOOK_NEARER = range(3)
+TASKS = 3
+
+CHUNK = 128
+"""Pairs that a thread works on at a stretch; whole blocks."""
+
 # Why a call returns
 FINISHED, NEED_PAIRS, NEED_GENERIC, NEED_PARTS, NEED_BLOCKS, DIVERGED = range(6)
 
 
+@by_address
 class Lanes(NamedTuple):
     """Scratch of a thread: one block of eight pairs or bodies, and pairs that wait for one."""
 
@@ -86,9 +93,11 @@ class Lanes(NamedTuple):
     moved: npt.NDArray[np.floating]
     """(8, 8) see solvers/body_block.py."""
     queue: npt.NDArray[np.int32]
-    """(at least kinds + 2, 8) pairs of each kind that wait for a block to be full; and those to be recycled, of several points and of one."""
+    """(at least kinds, 8) pairs of each kind that wait for a block to be full."""
+    waiting: npt.NDArray[np.int32]
+    """(TASKS, CHUNK + 8) pairs that wait to be recycled, those of several points and those of one, or looked at more nearly."""
     queued: npt.NDArray[np.int32]
-    """(at least kinds + 2,) how many wait."""
+    """(at least kinds + TASKS,) how many wait."""
 
 
 @by_address
@@ -210,7 +219,7 @@ def empty_lanes(threads: int, kinds: int, real: npt.DTypeLike) -> Lanes:
     def block(fields: int, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
         return aligned_zeros((threads, fields, LANES), dtype)
 
-    even = kinds + 3 & ~1  # at least kinds + 2
+    even = kinds + TASKS + 1 & ~1
 
     return Lanes(
         integers=block(8, np.int32),
@@ -224,15 +233,6 @@ def empty_lanes(threads: int, kinds: int, real: npt.DTypeLike) -> Lanes:
         gap=block(2, real),
         moved=block(8, real),
         queue=block(even, np.int32),
+        waiting=aligned_zeros((threads, TASKS, CHUNK + LANES), np.int32),
         queued=aligned_zeros((threads, even * LANES), np.int32),
     )
-
-
-@routine
-def lanes_of(lanes, thread):
-    """The scratch of a thread."""
-    return Lanes(
-        lanes.integers[thread], lanes.pairs[thread], lanes.delta[thread], lanes.place[thread], lanes.contact[thread],
-        lanes.tags[thread], lanes.materials[thread], lanes.features[thread], lanes.gap[thread], lanes.moved[thread],
-        lanes.queue[thread], lanes.queued[thread],
-    )  # fmt: skip

@@ -55,7 +55,7 @@ class _Coupled(JointKind):
 
     def placed(self, a: Pose | None, b: Pose | None) -> Self:
         """See :meth:`JointKind.placed`."""
-        frames = {}
+        frames: dict[str, Any] = {}
         for name, frame, pose in zip(self.names, ("frame_a", "frame_b"), (a, b), strict=True):
             if getattr(self, frame) is None:
                 frames[frame] = frame_to_body(pose, shortest_turn(getattr(self, name)))

@@ -94,7 +94,9 @@ class Distance(_Between):
 
     def parts(self) -> list[Part]:
         """A distance."""
-        lower, upper = self.limits if self.limits is not None else (self.length, self.length)
+        lower, upper = (self.length, self.length) if self.limits is None else self.limits
+        assert lower is not None
+        assert upper is not None
         return [Part(DISTANCE, lower=lower, upper=upper)]
 
 
@@ -103,7 +105,8 @@ class Spring(_Between):
     """A spring with a damper between two points.
 
     Attributes:
-        frequency: of the undamped oscillation of the two bodies along the spring [Hz]: ω² = k (1/m_a + 1/m_b) where it pulls at their centres. At most
+        frequency: of the undamped oscillation of the two bodies along the spring [Hz]: ω² = k (1/m_a + 1/m_b) where it pulls at their centres. At
+        most
             0.15 of the number of substeps a second is used.
         damping: damping ratio ζ.
         rest_length: length at which it does not act [m]. Default: the present one.

@@ -58,7 +58,7 @@ def interval(name: str, value: object, least: float, most: float) -> tuple[float
     if value is None:
         return None
     low, high = (
-        float(x) if x in (-math.inf, math.inf) else number(f"{name}[{i}]", x, wanted)  # type: ignore[arg-type]
+        float(x) if x in (-math.inf, math.inf) else number(f"{name}[{i}]", x, wanted)
         for i, x in enumerate(entries(name, value, 2, wanted))
     )
     in_range = all(x in (-math.inf, math.inf) or least <= x <= most for x in (low, high))

@@ -70,8 +70,8 @@ class Wheel(Framed):
 
     Attributes:
         axis: direction of the suspension, in a (a chassis).
-        axle: axis of the wheel, in the world where the bodies are when they are joined; it need not be at right angles to the suspension, but not parallel.
-        limits: least and greatest translation along the suspension [m]. Default: none.
+        axle: axis of the wheel, in the world where the bodies are when they are joined; it need not be at right angles to the suspension, but not
+        parallel. limits: least and greatest translation along the suspension [m]. Default: none.
         spring: the suspension's spring.
         motor: a motor on the wheel's rotation against a, to a speed.
         friction: greatest torque with which the axle resists turning [N m]: a brake.

@@ -25,8 +25,8 @@ from atlasphys.errors import InvalidArgumentError
 class Universal(Framed):
     """A universal joint (of Cardan or Hooke): the two bodies share a point, and an axis of a stays at right angles to one of b.
 
-    The coordinates are the angle about the axis of a and the angle about that of b [rad]. At ±π/2 of the second the axes of the two shafts are at right
-    angles, and it locks.
+    The coordinates are the angle about the axis of a and the angle about that of b [rad]. At ±π/2 of the second the axes of the two shafts are at
+    right angles, and it locks.
 
     Attributes:
         axis: axis of a, in the world where the bodies are when they are joined.

@@ -4,7 +4,8 @@ With n_a and n_b the x axes of the two frames, and for each body either its rota
 
     Ċ = ρ_a {ω_a · n_a or v_a · n_a} + ρ_b {ω_b · n_b or v_b · n_b}.
 
-C is the sum of Ċ over time: how far the coupling has slipped, which its impulse brings back to 0. K = ρ_a² {n_a · I_a⁻¹ n_a or 1/m_a} + the same of b.
+C is the sum of Ċ over time: how far the coupling has slipped, which its impulse brings back to 0. K = ρ_a² {n_a · I_a⁻¹ n_a or 1/m_a} + the same of
+b.
 """
 
 from __future__ import annotations
