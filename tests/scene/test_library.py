@@ -62,6 +62,14 @@ SIZES = {
     "polyhedra": ({"copies": 1}, 8),
     "sphere_pit": ({"count": 10, "seed": 5}, 15),
     "card_house": ({"levels": 1}, 3),
+    "chain": ({"links": 3}, 3),
+    "bridge": ({"planks": 4, "boxes": 1}, 5),
+    "rope_heavy": ({"ratio": 10, "links": 2}, 3),
+    "wrecking_ball": ({"angle": 30, "rows": 1}, 21),
+    "cradle_strings": ({"balls": 3, "moving": 2, "angle": 10}, 3),
+    "suspension": ({"bumps": 0, "speed": 5, "steering": 10}, 6),
+    "ragdoll_pile": ({"count": 2}, 27),
+    "joint_grid": ({"side": 7}, 49),
 }
 
 

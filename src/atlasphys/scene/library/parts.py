@@ -60,7 +60,8 @@ def capsule(radius: float, length: float, position: Vector, **settings: Any) -> 
 
 def joint(kind: str, a: str | None, b: str, **settings: Any) -> Joint:
     """A joint of any kind between bodies by name, or, with None, the world and a body."""
-    return {"type": kind, **({} if a is None else {"a": a}), "b": b, **settings}
+    given = {name: list(value) if isinstance(value, tuple) else value for name, value in settings.items()}
+    return {"type": kind, **({} if a is None else {"a": a}), "b": b, **given}
 
 
 def ground(**settings: Any) -> Body:

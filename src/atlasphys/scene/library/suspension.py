@@ -24,12 +24,12 @@ def suspension(
     steering: Annotated[float, Field(ge=-35, le=35)] = 0.0,
     bumps: Annotated[int, Field(ge=0, le=50)] = 6,
 ) -> Layout:
-    """A car with sprung wheels and rear drive runs over bumps; steering in degrees."""
+    """A car with sprung wheels and rear drive runs over bumps."""
     bodies: list[Body] = [ground(friction=1.0)]
     joints: list[Joint] = []
     bodies.append(box((4.0, 0.5, 1.2), (0, 0.8, 0), mass=1000, name="chassis"))
     # A wheel of 20 kg and the part of the chassis that goes with it: the spring's frequency is that of the wheel between the two.
-    springs = {"frequency": 5.5, "damping": 0.8, "rest": -SAG}
+    springs = {"frequency": 6.0, "damping": 0.8, "rest": -SAG}
     for axle, x in (("front", 0.5 * BASE), ("rear", -0.5 * BASE)):
         for side, z in (("left", -0.5 * TRACK), ("right", 0.5 * TRACK)):
             name, place = f"{axle} {side} wheel", (x, RADIUS, z)

