@@ -46,7 +46,6 @@ def compile_steps(precision: str) -> None:
         state.workspace.kept,
         0,
         *_rest(state),
-        state.workspace.joints.work,
         0,
         run.NO_SYNC,
     )

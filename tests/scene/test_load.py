@@ -86,7 +86,7 @@ def test_faults_of_json_have_lines_too():
     assert (
         refusal(text.replace('"dt": 2', '"x": 2'), "a.json", is_json=True)
         == "a.json:5: bodies[0].shape.radius: must be greater than 0 (got -0.5)\n"
-        "a.json:8: x: unknown key; known: version, name, description, seconds, dt, world, bodies"
+        "a.json:8: x: unknown key; known: version, name, description, seconds, dt, world, bodies, joints"
     )
 
 

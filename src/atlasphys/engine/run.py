@@ -18,11 +18,12 @@ from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused.constants import Constants
 from atlasphys.engine.fused.detection import detection_address
+from atlasphys.engine.fused.joints import joints_address
 from atlasphys.engine.fused.response import response_address, response_address_with_locks
 from atlasphys.engine.fused.steps import run_steps
 from atlasphys.engine.islands.colour import COLOURS
 from atlasphys.engine.islands.split import HUB_COLUMNS, MOST_WHOLE
-from atlasphys.engine.joints.layout import find_code, lay_out, set_numbers
+from atlasphys.engine.joints.layout import Layout, find_code, lay_out, set_numbers
 from atlasphys.engine.narrowphase.addresses import ADDRESSES
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF, KINDS
 from atlasphys.engine.narrowphase.dispatch import EDGE_LIMITS, KIND_ROUTINES, ROUTINES, with_room
@@ -61,6 +62,7 @@ from atlasphys.engine.state.work import (
     GENERIC,
     HUBS,
     JOINT_TABLES,
+    JOINT_VISITS,
     JOINTS,
     KEEPS,
     KINEMATIC_BODIES,
@@ -160,9 +162,8 @@ class Workspace:
 
     def __init__(self, state: State, narrowphase: str) -> None:
         self.narrowphase = narrowphase
-        self.work = empty_work(state)._replace(routines=KIND_ROUTINES[narrowphase])
-        self.joints = lay_out(state, self.work.active)
-        self.work = self.work._replace(phases=self.joints.phases, linked=self.joints.linked)
+        self.joints = lay_out(state, np.zeros(max(state.count, 1), np.uint8))
+        self.work = empty_work(state, self.joints)._replace(routines=KIND_ROUTINES[narrowphase])
         self.work.status[EDGE_LIMIT] = EDGE_LIMITS[narrowphase]
         n = state.count
         bounds = shape_bounds(state.table.arrays, state.colliders.shape[:n], state.bodies.local_center[:n])
@@ -181,7 +182,7 @@ def locks_of(state: State) -> npt.NDArray[np.integer]:
     return np.where(bodies.kind[:n] == DYNAMIC, bodies.locks[:n], 0)
 
 
-def empty_work(state: State) -> Work:
+def empty_work(state: State, joints: Layout) -> Work:
     """Working memory for the bodies of a state; nothing in it is known yet."""
     n = state.count
     moving = np.flatnonzero(state.bodies.kind[:n] != STATIC)
@@ -196,7 +197,7 @@ def empty_work(state: State) -> Work:
         pair_bodies=np.zeros((1, 2, LANES), np.int32),
         copied=np.zeros(1, np.uint8),
         live=one.copy(),
-        active=np.zeros(max(n, 1), np.uint8),
+        active=joints.work.active,
         before=np.zeros(max(n, 1), np.uint8),
         radius=np.zeros(max(n, 1), real),
         parent=np.zeros(max(n, 1), np.int32),
@@ -217,8 +218,9 @@ def empty_work(state: State) -> Work:
         generic_starts=np.zeros(len(ROUTINES) + 1, np.int64),
         routines=KIND_ROUTINES["auto"],
         calls=np.zeros(CALLS, np.int64),
-        phases=np.zeros((0, 3), np.int64),
-        linked=np.zeros((0, 2), np.int32),
+        phases=joints.phases,
+        joints=joints.work,
+        linked=joints.linked,
         times=np.zeros(len(STAGES), np.int64),
         began=np.zeros((1, 2), np.int32),
         ended=np.zeros((1, 2), np.int32),
@@ -372,7 +374,7 @@ def find_parts(state: State, values: Constants) -> None:
     response = response_address_with_locks if locks_of(state).any() else response_address
     precision = {"f": "single", "d": "double"}[state.real.char]
     ahead.start({"response": response, "detection": detection_address}, precision)
-    run_steps(*before, state.contacts, space.kept, state.count, fat, values, work, space.joints.work, 0, NO_SYNC)
+    run_steps(*before, state.contacts, space.kept, state.count, fat, values, work, 0, NO_SYNC)
     ahead.wait()
     work.calls[DETECTION] = detection_address(*before, fat, values, work, NO_SYNC)
     work.calls[RESPONSE] = response(*before, fat, values, work, NO_SYNC)
@@ -390,6 +392,8 @@ def ready_joints(state: State, settings: SoftStep, values: Constants) -> None:
     find_code(state, space.joints)
     space.work.calls[JOINTS : JOINTS + PART_TYPES] = space.joints.calls[:PART_TYPES]
     space.work.calls[JOINT_TABLES] = space.joints.calls[PART_TYPES]
+    if space.work.calls[JOINT_VISITS] == 0:
+        space.work.calls[JOINT_VISITS] = joints_address(*tables(state), space.tree.fat, values, space.work, NO_SYNC)
 
 
 def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
@@ -432,8 +436,7 @@ def run(state: State, pipeline: Pipeline, h: float, steps: int) -> Profile:
             try:
                 with lend_team(pipeline.threads) as sync:
                     answer = run_steps(
-                        *tables(state), state.contacts, space.kept, state.count, space.tree.fat, values, space.work,
-                        space.joints.work, wanted, sync,
+                        *tables(state), state.contacts, space.kept, state.count, space.tree.fat, values, space.work, wanted, sync,
                     )  # fmt: skip
             finally:  # Ctrl-C is heard as soon as the call has returned
                 completed += note_completed(state, completed, h, settings.substeps)

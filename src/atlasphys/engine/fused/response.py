@@ -13,22 +13,20 @@ from atlasphys.engine.solvers.parts import give_back, hand_out, join_parts, take
 from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
 from atlasphys.engine.solvers.soft_contact import prepare, solve, store_impulses, warm_start
 from atlasphys.engine.state.blocks import COUNT, MANIFOLD, ROLLS
-from atlasphys.engine.state.joint_work import FIRST, PREPARE, RELAX, SOLVE, START, STOP, TYPE
+from atlasphys.engine.state.joint_work import PREPARE, RELAX, SOLVE, START
 from atlasphys.engine.state.manifolds import RESTITUTION, ROLLING, TORSIONAL
 from atlasphys.engine.state.work import (
     BOUNCES,
     BROKEN,
     COLOURED,
     HUBS,
-    JOINT_DATA,
-    JOINT_TABLES,
-    JOINTS,
+    JOINT_VISITS,
     PARITY,
     PLAIN,
     TUMBLING,
     WRONG,
 )
-from atlasphys.engine.team import meet, member_of, share
+from atlasphys.engine.team import DATA, meet, member_of, share
 
 AHEAD = 2
 """So many blocks before its turn a block's manifolds are fetched: they lie anywhere in the table."""
@@ -267,28 +265,10 @@ def store_contacts(new, work, member):
 
 
 @routine
-def prepare_joints(work, member):
-    """Write the blocks of all joints."""
-    if len(work.phases) > 0:
-        first, stop = share(0, work.phases[-1, STOP], member)
-        call_address(work.calls[JOINT_TABLES], work.calls[JOINT_DATA], PREPARE, first, stop)
-
-
-@routine
 def visit_joints(mode, work, member):
-    """One pass over all joints: START, SOLVE or RELAX. Those that few blocks hold are the leader's."""
-    phases = work.phases
-    data = work.calls[JOINT_DATA + (1 if work.status[HUBS] > 0 else 0)]
-    for p in range(len(phases)):
-        first, stop = phases[p, FIRST], phases[p, STOP]
-        alone = stop - first < FEW_BLOCKS
-        goes_on = alone and p + 1 < len(phases) and phases[p + 1, STOP] - phases[p + 1, FIRST] < FEW_BLOCKS
-        if not alone:
-            first, stop = share(first, stop, member)
-        if not alone or member.rank == 0:
-            call_address(work.calls[JOINTS + phases[p, TYPE]], data, mode, first, stop)
-        if not goes_on:
-            meet(member)
+    """One pass over all joints (fused/joints.py)."""
+    if len(work.phases) > 0:
+        call_address(work.calls[JOINT_VISITS], member.sync[DATA], mode, member.rank, member.size)
 
 
 @routine
@@ -310,7 +290,7 @@ def respond(bodies, locked, constants, new, work, member):
                 constants.gravity, h,
             )  # fmt: skip
     prepare_contacts(locked, inverse_mass, constants, new, work, member)
-    prepare_joints(work, member)
+    visit_joints(PREPARE, work, member)
     meet(member)
     if status[BOUNCES]:
         bounce_contacts(locked, motion, inverse_mass, drives, constants, new, work, member)

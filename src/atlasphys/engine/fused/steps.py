@@ -49,8 +49,7 @@ from atlasphys.engine.state.work import (
     GENERIC_DATA,
     HUBS,
     ISLANDS,
-    JOINT_DATA,
-    JOINT_TABLES,
+    JOINT_VISITS,
     KEEPS,
     KINEMATIC_BODIES,
     LEFT,
@@ -239,14 +238,13 @@ def note_time(times, stage, since):
 
 @kernel
 def run_steps(
-    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, count, fat, constants, work, joints, steps, sync
+    bodies, colliders, shapes, table_0, table_1, remembered, contacts, kept, count, fat, constants, work, steps, sync
 ):  # fmt: skip
     """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
 
     ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0;
     each step builds
     the next ones in the other table. ``sync`` is that of the team of threads (team.py) that share the work; ``work.lanes`` has scratch for each.
-    ``joints`` is the working memory of joints (state/joint_work.py).
     """
     status = work.status
     arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync)
@@ -255,12 +253,6 @@ def run_steps(
     sync[CODE + COLLIDE], sync[CODE + ADVANCE] = work.calls[DETECTION], work.calls[RESPONSE]
     generic_arguments = (work.generic_rows, bodies, colliders, shapes, constants.margin, contacts)
     work.calls[GENERIC_DATA] = address_call(no_call, generic_arguments)[1]
-    whole = (bodies.motion, bodies.geometry, bodies.inverse_mass, bodies.center, joints)
-    split = (work.motion, bodies.geometry, work.inverse_mass, bodies.center, joints)
-    work.calls[JOINT_DATA], work.calls[JOINT_DATA + 1] = (
-        address_call(no_call, whole)[1],
-        address_call(no_call, split)[1],
-    )
     time = now()
     while status[DONE] < steps:
         if status[PARITY] == 0:
@@ -316,12 +308,12 @@ def run_steps(
         status[WRONG] = -1
         body_work = (status[PLAIN] + status[TUMBLING]) // BODIES_EACH
         time = note_time(work.times, ISLANDS, time)
-        contact_work = (status[BLOCKS_ONE] + status[BLOCKS_MANY] + len(joints.blocks)) // CONTACTS_EACH
+        contact_work = (status[BLOCKS_ONE] + status[BLOCKS_MANY] + len(work.joints.blocks)) // CONTACTS_EACH
         do_task(sync, ADVANCE, contact_work + body_work)
         if status[BROKEN]:
             return DIVERGED
-        if len(joints.blocks) > 0:
-            call_address(work.calls[JOINT_TABLES], work.calls[JOINT_DATA], KEEP_RESULTS, 0, len(joints.blocks))
+        if len(work.phases) > 0:
+            call_address(work.calls[JOINT_VISITS], sync[DATA], KEEP_RESULTS, 0, 1)
         time = note_time(work.times, SOLVER, time)
         rest(bodies, colliders, count, constants, new, work)
         do_task(sync, REMEMBER, body_work)

@@ -14,6 +14,7 @@ from atlasphys.engine.state.joints import (
     ARM_A,
     ARM_B,
     DAMPING,
+    FIRST_BLOCK_TYPE,
     FRAME_A,
     FRAME_B,
     FREQUENCY,
@@ -99,6 +100,8 @@ def write_part(parts: Parts, p: int, part: Part, arms: list[Vector], body: npt.N
     numbers[SPEED] = 0.0 if motor is None or motor.speed is None else motor.speed
     numbers[MOTOR_FORCE] = 0.0 if motor is None else bounded(motor.max_force)
     numbers[FRICTION_FORCE] = bounded(part.friction)
+    if part.type >= FIRST_BLOCK_TYPE and part.friction > 0:
+        numbers[SPRING_FORCE] = bounded(part.friction)
     numbers[RATIO_A : RATIO_A + 2] = part.ratio
     numbers[TURNS_A : TURNS_A + 2] = part.turns
 

@@ -49,7 +49,6 @@ from atlasphys.engine.state.joints import (
     PART_TYPES,
     PULLEY,
     SPRING_BEFORE,
-    SPRING_FORCE,
     SPRING_MASS,
     SPRING_PULL,
     WORLD,
@@ -172,7 +171,6 @@ def set_springs(table: JointTable, h: float) -> None:
     # Friction of a block is a spring that stops but does not pull.
     rubs = (kind >= FIRST_BLOCK_TYPE) & (settings[:, FRICTION_FORCE] > 0)
     settings[rubs, SPRING_MASS] = 1
-    settings[rubs, SPRING_FORCE] = settings[rubs, FRICTION_FORCE]
 
 
 def find_code(state: State, layout: Layout) -> None:

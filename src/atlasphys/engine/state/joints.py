@@ -225,8 +225,12 @@ class JointTable:
 
     def bytes(self) -> bytes:
         """All that decides how the joints go on."""
+        parts = self.parts
+        settings = parts.settings.copy()
+        settings[:, SPRING_MASS : SPRING_BEFORE + 1] = 0  # follows from ``elastic`` and the step
         used: list[npt.NDArray[Any]] = [array[: self.count] for array in self.rows[1:]]
-        used += [array[: self.part_count] for array in self.parts[:-1]]
+        columns = (parts.joint, parts.type, parts.base, settings, parts.elastic, parts.impulse)
+        used += [array[: self.part_count] for array in columns]
         return b"".join(np.ascontiguousarray(array).tobytes() for array in used)
 
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.arrays import aligned_zeros
+from atlasphys.engine.state.joint_work import JointWork
 from atlasphys.engine.state.joints import PART_TYPES
 
 # Entries of ``Work.status``
@@ -46,9 +47,9 @@ ENTRIES = 33
 # Entries of ``Work.calls``, after those of the routines for rarer pairs
 GENERIC_DATA = 3  # what these are called with
 DETECTION, RESPONSE = 4, 5  # see fused/
-JOINT_DATA = 6  # what the following are called with; and what they are called with where bodies are split
-JOINT_TABLES = 8  # what prepares joints and stores their impulses, see joints/addresses.py
-JOINTS = 9  # and following: what visits parts of each type
+JOINT_VISITS = 6  # what visits all joints, see fused/joints.py
+JOINT_TABLES = 7  # what prepares joints and stores their impulses, see joints/addresses.py
+JOINTS = 8  # and following: what visits parts of each type
 CALLS = JOINTS + PART_TYPES
 
 # Entries of ``Work.times``: the places in ``step.STAGES``. Pairs go from the narrow phase to manifolds in blocks, and are counted with it.
@@ -159,6 +160,8 @@ class Work(NamedTuple):
     the step that are compiled apart."""
     phases: npt.NDArray[np.int64]
     """(phases, 3) what is visited of joints at a time, see joints/layout.py."""
+    joints: JointWork
+    """Working memory of joints."""
     linked: npt.NDArray[np.int32]
     """(n, 2) bodies that are joined and sleep together."""
     times: npt.NDArray[np.int64]
