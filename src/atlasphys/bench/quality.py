@@ -29,8 +29,8 @@ with a tenth."""
 OFF_COURSE = 0.1
 """Share of ½ g t² by which a falling body may be off. Engines damp falls and take their first step differently."""
 
-APART = 0.5
-"""Anchors of a link at this distance have come apart [m]: half a ball of the grid."""
+APART = 3.0
+"""Anchors of a link at this distance have come apart [m]. Large nets in motion stretch by a metre in every engine, and come back."""
 
 GAINED = 0.05
 """Share of weight times length by which what swings may rise."""

@@ -48,7 +48,8 @@ def print_results(results: Sequence[Result], threads: int) -> None:
     """Print a table a scene, and below them why results do not count, and the means."""
     console = Console(highlight=False)
     console.print(
-        f"ms per step, {_threads(threads)}; ratio: time against that of AtlasPhys (above 1: slower);\ndrift, deepest penetration and stretch of links in mm; energy gained in % of weight × length\n"
+        f"ms per step, {_threads(threads)}; ratio: time against that of AtlasPhys (above 1: slower);\n"
+        "drift, deepest penetration and stretch of links in mm; energy gained in % of weight × length\n"
     )
     for scene in dict.fromkeys(result.scene for result in results):
         console.print(_table(scene, [result for result in results if result.scene == scene]))

@@ -198,7 +198,8 @@ def chains(name: str, count: int, length: int) -> Scene:
     """Chains of capsules, stretched out to one side of where they hang, side by side; let go at once."""
     link, half = Capsule(0.1, 0.15), 0.25
     turned: Quaternion = (math.sqrt(0.5), 0.0, 0.0, -math.sqrt(0.5))  # y, along which a capsule lies, to x
-    bodies, links = [], []
+    bodies: list[Item] = []
+    links: list[Link] = []
     for chain in range(count):
         for k in range(length):
             bodies.append(Item(link, (2 * half * (k + 0.5), 0.0, 0.5 * chain), turned))
@@ -213,7 +214,8 @@ def chains(name: str, count: int, length: int) -> Scene:
 def joint_grid(name: str, side: int) -> Scene:
     """A square net of balls, each joined with its neighbours, that hangs by the middle of its upper edge: Box3D's benchmark "joint grid"."""
     half, ball = 0.5, Sphere(0.4)
-    bodies, links = [], []
+    bodies: list[Item] = []
+    links: list[Link] = []
     held = range(side // 2 - 3, side // 2 + 4)
     for column in range(side):
         for row in range(side):

@@ -38,7 +38,9 @@ def energy_error(scene: Scene, before: Poses, after: Poses) -> float:
     velocity = (after[0] - before[0]) / DT
     w, v = before[1][:, :1], before[1][:, 1:]
     s, u = after[1][:, :1], after[1][:, 1:]
-    sine = w * u - s * v - np.cross(v, u)  # vector part of q_before⁻¹ q_after: the turn in the body's axes, times the sine of half its angle
+    sine = (
+        w * u - s * v - np.cross(v, u)
+    )  # vector part of q_before⁻¹ q_after: the turn in the body's axes, times the sine of half its angle
     length = np.sqrt((sine**2).sum(axis=1))
     angle = 2 * np.arctan2(length, np.abs((before[1] * after[1]).sum(axis=1)))
     spin = sine * (angle / np.maximum(length, 1e-300) / DT)[:, None]

@@ -15,9 +15,7 @@ SAG = 60.0
 """Angle by which the bridge bends from end to end [degrees]."""
 
 
-def bridge(
-    planks: Annotated[int, Field(ge=2, le=200)] = 20, boxes: Annotated[int, Field(ge=0, le=50)] = 5
-) -> Layout:
+def bridge(planks: Annotated[int, Field(ge=2, le=200)] = 20, boxes: Annotated[int, Field(ge=0, le=50)] = 5) -> Layout:
     """Hinged planks hang between two banks; boxes fall on them."""
     bodies: list[Body] = []
     joints: list[Joint] = []
@@ -37,5 +35,7 @@ def bridge(
     joints.append(joint("hinge", None, f"plank {planks - 1}", anchor=(x, y, 0), axis=(0, 0, 1)))
     for k in range(boxes):
         place = heights[(k + 1) * planks // (boxes + 1)]
-        bodies.append(box((0.6, 0.6, 0.6), (place[0], place[1] + 1.0 + 0.5 * k, 0), density=400, friction=0.8, name=f"box {k}"))
+        bodies.append(
+            box((0.6, 0.6, 0.6), (place[0], place[1] + 1.0 + 0.5 * k, 0), density=400, friction=0.8, name=f"box {k}")
+        )
     return Layout(bodies, joints=joints)

@@ -15,7 +15,14 @@ RADIUS, PITCH = 0.1, 0.5
 def string(count: int, density: float = 1000.0) -> tuple[list[Body], list[Joint]]:
     """Capsules in a row along x from the origin, each joined with the one before and the first with the world."""
     bodies = [
-        capsule(RADIUS, PITCH - 2 * RADIUS, (PITCH * (k + 0.5), 0, 0), orientation=ALONG_X, density=density, name=f"link {k}")
+        capsule(
+            RADIUS,
+            PITCH - 2 * RADIUS,
+            (PITCH * (k + 0.5), 0, 0),
+            orientation=ALONG_X,
+            density=density,
+            name=f"link {k}",
+        )
         for k in range(count)
     ]
     joints = [

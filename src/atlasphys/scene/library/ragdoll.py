@@ -26,7 +26,7 @@ LIMBS: tuple[tuple[str, str, dict[str, Any], Vector, bool], ...] = (
         )
     ),
 )
-"""Name, shape, sizes, place and whether it lies along x: a person of 1.73 m and 62 kg, who stands on the ground with arms stretched out and looks along z [m]."""
+"""Name, shape, sizes, place and whether it lies along x [m]: a person of 1.73 m and 62 kg, who stands with arms stretched out and looks along z."""
 
 BALL, HINGE = "ball", "hinge"
 
@@ -37,10 +37,38 @@ JOINTS: tuple[tuple[str, str, str, Vector, Vector, dict[str, Any]], ...] = (
         part
         for side, x in (("left", 1.0), ("right", -1.0))
         for part in (
-            (BALL, "chest", f"{side} upper arm", (0.18 * x, 1.4, 0), (x, 0, 0), {"cone": 1.5, "twist": (-0.9, 0.9), "friction": 2.0}),
-            (HINGE, f"{side} upper arm", f"{side} forearm", (0.47 * x, 1.4, 0), (0, -x, 0), {"limits": (0.0, 2.4), "friction": 1.0}),
-            (BALL, "pelvis", f"{side} thigh", (0.09 * x, 0.9, 0), (0, -1, 0), {"cone": 1.0, "twist": (-0.4, 0.4), "friction": 4.0}),
-            (HINGE, f"{side} thigh", f"{side} shin", (0.09 * x, 0.48, 0), (1, 0, 0), {"limits": (0.0, 2.4), "friction": 2.0}),
+            (
+                BALL,
+                "chest",
+                f"{side} upper arm",
+                (0.18 * x, 1.4, 0),
+                (x, 0, 0),
+                {"cone": 1.5, "twist": (-0.9, 0.9), "friction": 2.0},
+            ),
+            (
+                HINGE,
+                f"{side} upper arm",
+                f"{side} forearm",
+                (0.47 * x, 1.4, 0),
+                (0, -x, 0),
+                {"limits": (0.0, 2.4), "friction": 1.0},
+            ),
+            (
+                BALL,
+                "pelvis",
+                f"{side} thigh",
+                (0.09 * x, 0.9, 0),
+                (0, -1, 0),
+                {"cone": 1.0, "twist": (-0.4, 0.4), "friction": 4.0},
+            ),
+            (
+                HINGE,
+                f"{side} thigh",
+                f"{side} shin",
+                (0.09 * x, 0.48, 0),
+                (1, 0, 0),
+                {"limits": (0.0, 2.4), "friction": 2.0},
+            ),
         )
     ),
 )
@@ -57,7 +85,9 @@ def figure(
         return x + place[0], y + place[1], z + place[2]
 
     bodies = [
-        body(shape, at(point), sizes, orientation=multiply(turn, ALONG_X) if lies else turn, name=name + limb, **settings)
+        body(
+            shape, at(point), sizes, orientation=multiply(turn, ALONG_X) if lies else turn, name=name + limb, **settings
+        )
         for limb, shape, sizes, point, lies in LIMBS
     ]
     joints = [

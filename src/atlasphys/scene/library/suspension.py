@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -35,7 +35,8 @@ def suspension(
             name, place = f"{axle} {side} wheel", (x, RADIUS, z)
             wheel = {"radius": RADIUS, "length": WIDTH}
             bodies.append(body("cylinder", place, wheel, orientation=ALONG_Z, mass=20, friction=1.0, name=name))
-            settings = {"anchor": place, "axis": (0, 1, 0), "axle": (0, 0, 1), "limits": (-0.2, 0.2), "spring": springs}
+            settings: dict[str, Any] = {"anchor": place, "axis": (0, 1, 0), "axle": (0, 0, 1)}
+            settings |= {"limits": (-0.2, 0.2), "spring": springs}
             if axle == "rear":  # rolling forwards, along x, is a negative turn about z
                 settings["motor"] = {"speed": -speed / RADIUS, "max_force": 600.0}
             else:
@@ -44,5 +45,7 @@ def suspension(
     for k in range(bumps):
         lying = {"radius": 1.0, "length": 1.6}
         place = (8.0 + 4.0 * k, -0.92, 1.0 if k % 2 else -1.0)
-        bodies.append(body("cylinder", place, lying, orientation=ALONG_Z, kind="static", friction=1.0, name=f"bump {k}"))
+        bodies.append(
+            body("cylinder", place, lying, orientation=ALONG_Z, kind="static", friction=1.0, name=f"bump {k}")
+        )
     return Layout(bodies, joints=joints)

@@ -1,7 +1,7 @@
 """Case 14: a double pendulum of two equal masses on rods of equal length.
 
-For small angles θ1, θ2 from where they hang, 2 θ̈1 + θ̈2 = −2 (g/l) θ1 and θ̈1 + θ̈2 = −(g/l) θ2 (Landau and Lifshitz, Mechanics, §5, problem 1 with equal
-masses and lengths). Its modes are θ2 = ±√2 θ1 with ω² = (g/l)(2 ∓ √2).
+For small angles θ1, θ2 from where they hang, 2 θ̈1 + θ̈2 = −2 (g/l) θ1 and θ̈1 + θ̈2 = −(g/l) θ2 (Landau and Lifshitz, Mechanics, §5,
+problem 1 with equal masses and lengths). Its modes are θ2 = ±√2 θ1 with ω² = (g/l)(2 ∓ √2).
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Case 13: a physical pendulum on a hinge.
 
-A rod of mass M on a hinge at distance d from its centre of mass, with moment of inertia I about the hinge, let go at rest at the angle θ0 from where it hangs, has the period
-T = 4 √(I/(M g d)) K(m) with the complete elliptic integral of the first kind, parameter m = sin²(θ0/2) as SciPy takes it (Landau and Lifshitz,
-Mechanics, §11).
+A rod of mass M on a hinge at distance d from its centre of mass, with moment of inertia I about the hinge, let go at rest at the angle θ0 from
+where it hangs, has the period T = 4 √(I/(M g d)) K(m) with the complete elliptic integral of the first kind, parameter m = sin²(θ0/2) as SciPy
+takes it (Landau and Lifshitz, Mechanics, §11).
 """
 
 from __future__ import annotations

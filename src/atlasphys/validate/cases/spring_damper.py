@@ -1,7 +1,7 @@
 """Case 15: a mass on a spring with a damper.
 
-x = x0 e^(−ζ ω0 t) cos ω t and so on with ω = ω0 √(1 − ζ²): from one passage through 0 to the next but one it takes 2π/ω, and each peak is smaller than the last
-by the factor e^(−δ), δ = 2πζ/√(1 − ζ²), the logarithmic decrement (Rao, Mechanical Vibrations, §2.6).
+It swings with ω = ω0 √(1 − ζ²): from one passage through 0 to the next but one it takes 2π/ω, and each peak is smaller than the last by the factor
+e^(−δ), δ = 2πζ/√(1 − ζ²), the logarithmic decrement (Rao, Mechanical Vibrations, §2.6).
 """
 
 from __future__ import annotations

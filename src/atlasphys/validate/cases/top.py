@@ -1,9 +1,10 @@
 """Case 12: a heavy symmetric top on a ball joint.
 
-With moments I1 about the pivot across and I3 along its axis, spin ω3 along it, centre of mass at distance l: at a constant angle θ from the vertical it precesses at a
-rate Ω with I1 cos θ Ω² − I3 ω3 Ω + m g l = 0. Upright it is stable if and only if ω3² > 4 I1 m g l/I3². With r times that
-ω3² and let go at an angle ε without precession it nutates, u = cos θ, between the roots cos ε and r − √(r² − 2 r cos ε + 1) of (u0 − u)((1 − u²) − 2 r (u0 − u)), u0 = cos ε,
-which u̇² is proportional to (Goldstein, Classical Mechanics, §5.7): for r < 1 it falls to about cos θ = 2 r − 1, for r > 1 it stays within about ε √(r/(r − 1)).
+With moments I1 about the pivot across and I3 along its axis, spin ω3 along it, centre of mass at distance l: at a constant angle θ from the
+vertical it precesses at a rate Ω with I1 cos θ Ω² − I3 ω3 Ω + m g l = 0. Upright it is stable if and only if ω3² > 4 I1 m g l/I3². With r times
+that ω3² and let go at an angle ε without precession it nutates: u̇², u = cos θ, is proportional to (u0 − u)((1 − u²) − 2 r (u0 − u)), u0 = cos ε, and
+has the roots u0 and r − √(r² − 2 r u0 + 1) (Goldstein, Classical Mechanics, §5.7). For r < 1 it falls to about cos θ = 2 r − 1, for r > 1 it stays
+within about ε √(r/(r − 1)).
 """
 
 from __future__ import annotations

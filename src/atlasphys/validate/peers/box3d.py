@@ -82,13 +82,14 @@ class Box3DWorld(PeerWorld):
                 made.length, made.enableSpring, made.hertz, made.dampingRatio = length, True, frequency, damping
             case _:
                 refuse_joint(joint)
+        to_z = TO_Y  # it takes z to x: its hinges turn about z
         ground = self._ground = self._ground or self._world.create_body(kind="static")
         made.base.bodyIdA, made.base.bodyIdB = (ground if a is None else self._bodies[a]).id, self._bodies[b].id
         for frame, anchor, turned in zip(
             (made.base.localFrameA, made.base.localFrameB), joint.anchors(), joint.frames(), strict=True
         ):
             frame.p.x, frame.p.y, frame.p.z = anchor
-            frame.q.s, frame.q.v.x, frame.q.v.y, frame.q.v.z = multiply(turned or IDENTITY, TO_Y)  # its hinges turn about z
+            frame.q.s, frame.q.v.x, frame.q.v.y, frame.q.v.z = multiply(turned or IDENTITY, to_z)
         return make(self._world.id, ffi.addressof(made))
 
     def _force(self, joint: Any) -> Any:

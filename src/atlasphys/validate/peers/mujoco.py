@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from atlasphys.engine.joints.frames import rotate
+from atlasphys.engine.joints.frames import difference, rotate, scaled
 from atlasphys.engine.joints.kinds.ball import Ball
 from atlasphys.engine.joints.kinds.hinge import Hinge
 from atlasphys.engine.joints.kinds.kind import JointKind
@@ -89,7 +89,7 @@ class MuJoCoWorld(PeerWorld):
                 pass
             case Hinge(limits=None, spring=None, friction=0, motor=None, frame_b=frame):
                 along = rotate(frame, (0.5, 0.0, 0.0))  # two points on the axis make a hinge
-                points = [tuple(p + sign * x for p, x in zip(points[0], along, strict=True)) for sign in (-1, 1)]
+                points = [difference(points[0], scaled(along, sign)) for sign in (-1, 1)]
             case _:
                 refuse_joint(joint)
         first = len(self._spec.equalities)

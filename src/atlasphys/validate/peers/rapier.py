@@ -59,9 +59,9 @@ class RapierWorld(PeerWorld):
             case Hinge(limits=None, spring=None, friction=0, motor=None, frame_a=frame_a, frame_b=frame_b):
                 axis_a, axis_b = (rotate(frame, (1.0, 0.0, 0.0)) for frame in (frame_a, frame_b))
                 made = rapier3d.RevoluteJoint.builder(axis_a).local_axis1(axis_a).local_axis2(axis_b)
-            case Distance(limits=None, length=length):
+            case Distance(limits=None, length=float(length)):
                 made = rapier3d.RopeJoint.builder(length)  # it has no rods; in our case the rope is taut
-            case Spring(limits=None, rest_length=length, frequency=frequency, damping=zeta):
+            case Spring(limits=None, rest_length=float(length), frequency=frequency, damping=zeta):
                 masses = [self._items[row].mass for row in (a, b) if row is not None]
                 mass, omega = 1 / sum(1 / mass for mass in masses), 2 * math.pi * frequency
                 made = rapier3d.SpringJoint.builder(length, mass * omega**2, 2 * zeta * mass * omega)
