@@ -22,6 +22,7 @@ NOT_MET = {
     ("default", 21): "soft contacts sag: a tower of 10 by 2 cm",
     ("classic", 20): "ten sweeps are too few",
     ("classic", 21): "ten sweeps are too few",
+    ("classic", 24): "the speed errs in first order: 0.9 % at 1/240 s, 0.5 % at 1/480 s",
     ("xpbd", 28): "one sweep over the velocities does not quite take back the speed of pushing out",
 }
 

@@ -21,7 +21,7 @@ def ragdoll_pile(
     """Ragdolls fall into a pit and come to rest as a pile."""
     number = random.Random(seed).random
     side = math.ceil(math.sqrt(count / LAYERS))
-    bodies, joints = pit(CELL * side, 3.0), list[Joint]()
+    bodies, joints = pit(CELL * side, 1.0), list[Joint]()
     for k in range(count):
         layer, place = divmod(k, side * side)
         row, column = divmod(place, side)
