@@ -151,6 +151,22 @@ def test_each_peer_stands_and_falls(name):
         assert len(result.wall) == 2
 
 
+@pytest.mark.parametrize("name", ["atlasphys", "rapier", "box3d"])
+def test_chains_swing(name):
+    pytest.importorskip(peers.PEERS[name].package)
+    (result,) = measure(make("chains_50x20"), [name], Plan(rounds=2, steps=2, settle=0.5, seconds=1.0))
+    assert result.stands, result.fault
+    assert 0 < result.quality.stretch < 0.05
+    assert -0.02 < result.quality.energy < 0
+
+
+@pytest.mark.parametrize("name", ["pybullet", "mujoco"])
+def test_links_are_not_compared_with_all(name):
+    pytest.importorskip(peers.PEERS[name].package)
+    (result,) = measure(make("chains_50x20"), [name], Plan(rounds=1, steps=1, settle=0.1, seconds=0.2))
+    assert "links are compared with Rapier and Box3D alone" in result.fault
+
+
 @pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="Linux only")
 @pythonic
 def test_memory():

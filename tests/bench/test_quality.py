@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from atlasphys.bench.quality import judge
-from atlasphys.bench.scenes import make
+from atlasphys.bench.scenes import DT, make
 
 
 def poses(scene):
@@ -87,6 +87,35 @@ def test_falling_bodies_must_fall(way, stands):
     positions, orientations = poses(scene)
     positions[:, 1] -= way * 0.5 * 9.81 * 4
     assert judge(scene, 2.0, positions, orientations).stands is stands
+
+
+def test_energy_of_what_swings():
+    """A chain that turns about its hook as one body: ½ I ω² against what it lost in height."""
+    scene = make("chains_50x20")
+    positions, orientations = poses(scene)
+    lowered = positions - (0, 1.0, 0)
+    assert judge(scene, 1, lowered, orientations, (lowered, orientations)).energy == pytest.approx(-0.1)
+    rate, turned = 2.0, []
+    for angle in (-0.5 * rate * DT, 0.5 * rate * DT):
+        cosine, sine = np.cos(angle), np.sin(angle)
+        x, y, z = positions.T
+        places = np.stack([cosine * x - sine * y, sine * x + cosine * y, z], axis=1)
+        w, i, j, k = orientations.T  # times a turn about z
+        c, s = np.cos(angle / 2), np.sin(angle / 2)
+        turned.append((places, np.stack([c * w - s * k, c * i - s * j, c * j + s * i, c * k + s * w], axis=1)))
+    quality = judge(scene, 1, *turned[1], turned[0])
+    assert quality.stretch < 1e-9
+    # A rod of 10 m: ½ (m L²/3) ω² = m g L · L ω²/(6 g); capsules are a little shorter than their pitch.
+    assert quality.energy == pytest.approx(10 * rate**2 / (6 * 9.81), rel=2e-3)
+    assert not quality.stands
+    assert quality.fault == "it gained energy"
+
+
+def test_links_that_came_apart_are_caught():
+    scene = make("chains_50x20")
+    positions, orientations = poses(scene)
+    positions[500:] += (0, -4.0, 0)
+    assert "links came apart" in judge(scene, 1, positions, orientations, (positions, orientations)).fault
 
 
 def test_falling_bodies_that_drift_apart_have_met():

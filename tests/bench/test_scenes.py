@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 
 from atlasphys.bench.quality import penetration
 from atlasphys.bench.scenes import SCENES, Box, Capsule, Hull, Sphere, make, volume
+from atlasphys.bench.swing import stretch
 from atlasphys.errors import InvalidArgumentError
 
 COUNTS = {
@@ -26,6 +27,8 @@ COUNTS = {
     "tower_50": 50,
     "tower_100": 100,
     "heavy_on_light_100": 2,
+    "chains_50x20": 1000,
+    "joint_grid": 10_000,
     "pile_137": 137,
     "falling_1001": 1001,
 }
@@ -69,6 +72,13 @@ def test_falling_bodies_are_farther_apart_than_they_are_large():
     distances = np.sqrt((shifts**2).sum(axis=2))
     assert distances[distances > 0].min() > np.sqrt(3) + 0.5
     assert not make("falling_1001").ground
+
+
+@pytest.mark.parametrize(("name", "links"), [("chains_50x20", 1000), ("joint_grid", 2 * 9900 + 7)])
+def test_links_fit_at_the_start(name, links):
+    scene = make(name)
+    assert len(scene.links) == links
+    assert stretch(scene, *poses(scene)).max() < 1e-9
 
 
 def test_the_heavy_one_is_heavy():

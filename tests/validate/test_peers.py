@@ -76,6 +76,34 @@ def test_planes_may_slope(make_world):
     assert math.hypot(*ball.velocity) == pytest.approx(G * sine * 0.5, rel=0.03)
 
 
+def test_a_ball_joint_holds(make_world):
+    """A ball hangs from one that hangs from the world, and swings out by the force of a tilted gravity."""
+    world = make_world(gravity=(1, -G, 0))
+    bodies = [world.add(ap.Sphere(radius=0.2), position=(0, -k - 1, 0), mass=2) for k in range(2)]
+    for above, body, height in ((None, bodies[0], -0.5), (bodies[0], bodies[1], -1.5)):
+        world.join(ap.Ball(above, body, anchor=(0, height, 0)))
+    farthest = 0.0
+    for _ in range(480):
+        world.step(H)
+        farthest = max(farthest, world.bodies.position[1, 0])
+    assert farthest > 0.05
+    x, y, _ = world.bodies.position[0]
+    assert math.hypot(x, y + 0.5) == pytest.approx(0.5, abs=0.01)
+
+
+@pytest.mark.parametrize(("package", "name"), [("rapier3d", "rapier"), ("robox3d", "box3d")])
+@pytest.mark.parametrize("number", [14, 23])
+def test_joints_of_peers(package, name, number):
+    pytest.importorskip(package)
+    from atlasphys.validate.peers import world_of
+
+    if (name, number) == ("rapier", 23):
+        with pytest.raises(NotOfferedError, match="forces of joints"):
+            CASES[number].run(world_of(name))
+    else:
+        assert CASES[number].run(world_of(name)).passed
+
+
 def test_a_simple_case_runs(make_world):
     result = CASES[25].run(make_world)
     assert result.passed

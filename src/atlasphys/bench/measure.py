@@ -107,6 +107,8 @@ class Result:
             "stands": self.stands,
             "worst_drift": _round(quality.worst_drift) if quality else None,
             "deepest_penetration": _round(quality.deepest) if quality else None,
+            "stretch": _round(quality.stretch) if quality else None,
+            "energy_error": _round(quality.energy) if quality else None,
             "bodies": self.bodies,
             "seconds": round(self.seconds, 2),
             "fault": self.fault,
@@ -254,16 +256,21 @@ def measure(scene: Scene, names: Sequence[str], plan: Plan, report: Report = lam
             report(f"{scene.name}: {result.engine} is judged")
             deadline = time.monotonic() + plan.patience / 10
             step = min(result.wall)
-            while (left := min(total, LONGEST_JUDGED) - round(result.seconds / DT)) > 0:
+            last = 1 if scene.links else 0  # what swings is judged by a step, from pose to pose
+            while (left := min(total, LONGEST_JUDGED) - last - round(result.seconds / DT)) > 0:
                 if time.monotonic() > deadline:
                     break
                 count = min(left, 1 + int(PIECE / max(step, 1e-6)))
                 worker.ask("run", count)
                 result.seconds += count * DT
+            before = worker.ask("poses") if last else None
+            if last:
+                worker.ask("run", last)
+                result.seconds += last * DT
             positions, orientations = worker.ask("poses")
             from atlasphys.bench import quality
 
-            result.quality = quality.judge(scene, result.seconds, positions, orientations)
+            result.quality = quality.judge(scene, result.seconds, positions, orientations, before)
 
         attempt(prepare, names)
         for k in range(plan.rounds):

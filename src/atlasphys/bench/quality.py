@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from atlasphys.bench.scenes import GRAVITY, Box, Capsule, Hull, Scene, Shape, Sphere
+from atlasphys.bench.swing import energy_error, stretch
 
 Array = npt.NDArray[np.float64]
 
@@ -28,6 +29,12 @@ with a tenth."""
 OFF_COURSE = 0.1
 """Share of ½ g t² by which a falling body may be off. Engines damp falls and take their first step differently."""
 
+APART = 3.0
+"""Anchors of a link at this distance have come apart [m]. Large nets in motion stretch by a metre in every engine, and come back."""
+
+GAINED = 0.05
+"""Share of weight times length by which what swings may rise."""
+
 MOST_JUDGED = 20_000
 """Penetration is looked for in scenes of up to this many bodies."""
 
@@ -44,10 +51,16 @@ class Quality(NamedTuple):
     """Deepest penetration [m]; None if nothing can touch, if numbers are not finite or if there are more than MOST_JUDGED bodies."""
     lost: int
     """Number of bodies that are below the ground or beyond the walls."""
+    stretch: float | None = None
+    """Greatest distance of the two anchors of a link [m]; None without links."""
+    energy: float | None = None
+    """Energy gained since the start, as a share of weight times length; None without links."""
 
 
-def judge(scene: Scene, seconds: float, positions: Array, orientations: Array) -> Quality:
-    """Judge the poses of a scene's bodies after a simulated time."""
+def judge(
+    scene: Scene, seconds: float, positions: Array, orientations: Array, before: tuple[Array, Array] | None = None
+) -> Quality:
+    """Judge the poses of a scene's bodies after a simulated time; for what swings, with those of the step before."""
     if not (np.isfinite(positions).all() and np.isfinite(orientations).all()):
         return Quality(False, "numbers are not finite", None, None, len(positions))
     start = np.array([item.position for item in scene.bodies])
@@ -59,6 +72,12 @@ def judge(scene: Scene, seconds: float, positions: Array, orientations: Array) -
         fault = f"{astray.sum()} bodies do not fall as they should" if astray.any() else ""
         drift = float(sideways.max())
         return Quality(not fault and drift < 0.01, fault or "drifted sideways" * (drift >= 0.01), drift, None, 0)
+    if scene.expect == "swings":
+        assert before is not None
+        apart = float(stretch(scene, positions, orientations).max())
+        energy = energy_error(scene, before, (positions, orientations))
+        faults = ["links came apart"] * (apart > APART) + ["it gained energy"] * (energy > GAINED)
+        return Quality(not faults, "; ".join(faults), None, None, 0, apart, energy)
     lost = positions[:, 1] < 0.0
     if scene.expect == "piles":
         lost |= np.abs(positions[:, [0, 2]]).max(axis=1) > scene.inside

@@ -48,7 +48,8 @@ def print_results(results: Sequence[Result], threads: int) -> None:
     """Print a table a scene, and below them why results do not count, and the means."""
     console = Console(highlight=False)
     console.print(
-        f"ms per step, {_threads(threads)}; ratio: time against that of AtlasPhys (above 1: slower);\ndrift and deepest penetration in mm\n"
+        f"ms per step, {_threads(threads)}; ratio: time against that of AtlasPhys (above 1: slower);\n"
+        "drift, deepest penetration and stretch of links in mm; energy gained in % of weight × length\n"
     )
     for scene in dict.fromkeys(result.scene for result in results):
         console.print(_table(scene, [result for result in results if result.scene == scene]))
@@ -66,7 +67,9 @@ def _table(scene: str, results: Sequence[Result]) -> Table:
     title = f"[bold]{scene}[/bold], {results[0].bodies} bod{'y' if results[0].bodies == 1 else 'ies'}"
     table = Table(title=title, title_justify="left", title_style="", box=SIMPLE_HEAD, pad_edge=False, padding=0)
     table.add_column("engine", width=10)
-    for name in ("median", "least", "CPU", "ratio", "of least", "drift", "depth"):
+    swings = any(result.quality and result.quality.stretch is not None for result in results)
+    judged = ("stretch", "energy %") if swings else ("drift", "depth")
+    for name in ("median", "least", "CPU", "ratio", "of least", *judged):
         table.add_column(name, justify="right", width=8)
     table.add_column("stands", justify="right", width=7)
     ours = _ours(results, scene)
@@ -75,8 +78,10 @@ def _table(scene: str, results: Sequence[Result]) -> Table:
         numbers = [_text(row[key]) for key in ("median_ms", "min_ms", "cpu_ms")]
         # A ratio of a wrong answer, ours or theirs, is not shown: it would be quoted.
         numbers += [_text(row[key]) if ours and result.stands else "–" for key in ("median_ratio", "min_ratio")]
-        lengths = (row["worst_drift"], row["deepest_penetration"])
+        lengths = (row["stretch"],) if swings else (row["worst_drift"], row["deepest_penetration"])
         numbers += ["–" if length is None else f"{1e3 * length:.1f}" for length in lengths]
+        if swings:
+            numbers.append("–" if row["energy_error"] is None else f"{1e2 * row['energy_error']:+.2f}")
         verdict = "yes" if result.stands else "[red]failed[/red]" if result.failure else "[red]fell[/red]"
         table.add_row(PEERS[result.engine].title, *numbers, verdict)
     return table

@@ -82,6 +82,17 @@ class Item(NamedTuple):
     density: float = DENSITY
 
 
+class Link(NamedTuple):
+    """A ball joint. What it joins does not collide."""
+
+    a: int | None
+    """Place of the first body in the scene's list; None: the world."""
+    b: int
+    anchor_a: Vector
+    """Where the joint is in the axes of a, from its position, or in the world [m]."""
+    anchor_b: Vector
+
+
 @dataclass(frozen=True)
 class Scene:
     """What to build, how long to run it, and what it should do."""
@@ -89,8 +100,8 @@ class Scene:
     name: str
     bodies: list[Item]
     """The bodies that move."""
-    expect: Literal["stands", "piles", "falls"]
-    """Each body stays where it is; all stay within the walls; all fall freely."""
+    expect: Literal["stands", "piles", "falls", "swings"]
+    """Each body stays where it is; all stay within the walls; all fall freely; all hang by their links, and nothing collides."""
     settle: float
     """Simulated time before the measurement [s]."""
     seconds: float
@@ -101,6 +112,9 @@ class Scene:
     """Whether the half-space y < 0 is solid."""
     inside: float = math.inf
     """Half the distance between opposite walls [m]."""
+    links: list[Link] = field(default_factory=list)
+    length: float = 1.0
+    """Of what swings [m]: energy is compared with the weight of all, times this."""
 
     @property
     def extent(self) -> float:
@@ -180,6 +194,46 @@ def mixed(name: str, count: int) -> Scene:
     return _pile(name, shapes, 1.28, seed=4)
 
 
+def chains(name: str, count: int, length: int) -> Scene:
+    """Chains of capsules, stretched out to one side of where they hang, side by side; let go at once."""
+    link, half = Capsule(0.1, 0.15), 0.25
+    turned: Quaternion = (math.sqrt(0.5), 0.0, 0.0, -math.sqrt(0.5))  # y, along which a capsule lies, to x
+    bodies: list[Item] = []
+    links: list[Link] = []
+    for chain in range(count):
+        for k in range(length):
+            bodies.append(Item(link, (2 * half * (k + 0.5), 0.0, 0.5 * chain), turned))
+            start = (0.0, -half, 0.0)  # the end nearer to where it hangs
+            if k == 0:
+                links.append(Link(None, len(bodies) - 1, (0.0, 0.0, 0.5 * chain), start))
+            else:
+                links.append(Link(len(bodies) - 2, len(bodies) - 1, (0.0, half, 0.0), start))
+    return _swinging(name, bodies, links, 2 * half * length)
+
+
+def joint_grid(name: str, side: int) -> Scene:
+    """A square net of balls, each joined with its neighbours, that hangs by the middle of its upper edge: Box3D's benchmark "joint grid"."""
+    half, ball = 0.5, Sphere(0.4)
+    bodies: list[Item] = []
+    links: list[Link] = []
+    held = range(side // 2 - 3, side // 2 + 4)
+    for column in range(side):
+        for row in range(side):
+            here = len(bodies)
+            bodies.append(Item(ball, (2 * half * column, -2 * half * row, 0.0)))
+            if row > 0:
+                links.append(Link(here - 1, here, (0.0, -half, 0.0), (0.0, half, 0.0)))
+            elif column in held:
+                links.append(Link(None, here, (2 * half * column, half, 0.0), (0.0, half, 0.0)))
+            if column > 0:
+                links.append(Link(here - side, here, (half, 0.0, 0.0), (-half, 0.0, 0.0)))
+    return _swinging(name, bodies, links, 2 * half * side)
+
+
+def _swinging(name: str, bodies: list[Item], links: list[Link], length: float) -> Scene:
+    return Scene(name, bodies, "swings", settle=1.0, seconds=10.0, ground=False, links=links, length=length)
+
+
 def _pile(name: str, shapes: list[Shape], cell: float, seed: int, layers: int = 10) -> Scene:
     """Bodies that start apart, one a cell, turned at random, with as much ground as makes the given number of layers."""
     number = random.Random(seed).random
@@ -243,6 +297,8 @@ SCENES: dict[str, Callable[[str], Scene]] = {
     "tower_50": lambda name: tower(name, 50),
     "tower_100": lambda name: tower(name, 100, seconds=10.0),
     "heavy_on_light_100": lambda name: heavy_on_light(name, 100),
+    "chains_50x20": lambda name: chains(name, 50, 20),
+    "joint_grid": lambda name: joint_grid(name, 100),
 }
 """Name → builder."""
 

@@ -52,7 +52,10 @@ class AtlasPhys:
         if threads != 1:
             given["threads"] = threads
         self._world = ap.World(gravity=(0, -GRAVITY, 0), sleeping=False, **given)
-        add_items(self._world, scene.bodies)
+        add_items(self._world, scene.bodies, mask=0 if scene.links else 2**32 - 1)
+        for link in scene.links:
+            a, b = (None if row is None else self._world.bodies[row] for row in (link.a, link.b))
+            self._world.join(ap.Ball(a, b, anchor_a=link.anchor_a, anchor_b=link.anchor_b))
         add_items(self._world, scene.walls, kind="static")
         if scene.ground:
             self._world.add(ap.Plane(), friction=FRICTION)

@@ -27,6 +27,8 @@ class MuJoCo:
     """A scene in a model whose bodies all have free joints."""
 
     def __init__(self, scene: Scene, threads: int, preset: str | None) -> None:
+        if scene.links:
+            raise NotImplementedError("links are compared with Rapier and Box3D alone")
         import mujoco
 
         self.threads = threads

@@ -21,6 +21,8 @@ class PyBullet:
     """A scene on a PyBullet server in this process."""
 
     def __init__(self, scene: Scene, threads: int, preset: str | None) -> None:
+        if scene.links:
+            raise NotImplementedError("links are compared with Rapier and Box3D alone")
         import pybullet
 
         self.threads = 1

@@ -2,7 +2,7 @@
 
 Its defaults: 4 solver iterations, contacts of 30 Hz, simplified friction, contact recycling and clustering. Fixed here: bodies cannot sleep;
 the world has a pool of as many threads as are asked for. The ground is a half-space. Friction coefficients are averaged: 0.5 and 0.5
-make 0.5. Its package has no call for many steps: the loop is Python's.
+make 0.5. Links are impulse joints, as by default. Its package has no call for many steps: the loop is Python's.
 """
 
 from __future__ import annotations
@@ -29,10 +29,20 @@ class Rapier:
             world.add_collider(rapier3d.Collider.halfspace((0.0, 1.0, 0.0)).friction(FRICTION))
         for wall in scene.walls:
             self._add(rapier3d.RigidBody.fixed(), wall)
-        self._handles = [self._add(rapier3d.RigidBody.dynamic().can_sleep(False), item) for item in scene.bodies]
+        collides = rapier3d.InteractionGroups.none() if scene.links else rapier3d.InteractionGroups.all()
+        free = rapier3d.RigidBody.dynamic().can_sleep(False)
+        self._handles = [self._add(free, item, collides) for item in scene.bodies]
+        if scene.links:
+            ground = world.add_body(rapier3d.RigidBody.fixed(), [])
+            for link in scene.links:
+                joint = rapier3d.SphericalJoint.builder().local_anchor1(link.anchor_a).local_anchor2(link.anchor_b)
+                ends = ground if link.a is None else self._handles[link.a], self._handles[link.b]
+                world.impulse_joints.insert(*ends, joint.contacts_enabled(False).build())
 
-    def _add(self, body: Any, item: Item) -> Any:
+    def _add(self, body: Any, item: Item, collides: Any = None) -> Any:
         collider = _collider(item.shape).density(item.density).friction(FRICTION)
+        if collides is not None:
+            collider = collider.collision_groups(collides)
         return self._world.add_body(body.position((item.position, _rotation(item.orientation))), [collider])
 
     def run(self, steps: int) -> None:

@@ -32,7 +32,8 @@ class SoftStep:
         joint_frequency: stiffness of joints as the frequency of a spring [Hz]; at most half of the number of substeps a second is used.
             Larger: joints stretch less; large nets under heavy loads may tremble.
         joint_damping: damping ratio of that spring. Smaller: errors are taken back faster.
-        joint_push_out_speed: greatest speed at which errors of joints are taken back [m/s, rad/s], for a length unit of 1 m.
+        joint_push_out_speed: greatest speed at which errors of joints are taken back [m/s, rad/s], for a length unit of 1 m. Smaller: bodies
+            that are far apart come together more gently, and large nets in fast motion stretch more.
         joint_sweeps: passes over the joints in a substep. More: chains and nets stretch less.
         warm_starting: start from the impulses of the last substep. Without it stacks sag.
         contact_recycling: keep the contact points of pairs that have barely moved since they were last collided (docs/soft_step.md). Tall stacks
@@ -56,7 +57,7 @@ class SoftStep:
     push_out_speed: float = 3.0
     joint_frequency: float = 80.0
     joint_damping: float = 5.0
-    joint_push_out_speed: float = 10.0
+    joint_push_out_speed: float = 20.0
     joint_sweeps: int = 2
     warm_starting: bool = True
     contact_recycling: bool = True

@@ -31,6 +31,19 @@ _NAMES = (
     "heavy_on_light",
     "card_house",
     "polygons",
+    "pendulum",
+    "double_pendulum",
+    "four_bar",
+    "chain",
+    "bridge",
+    "rope_heavy",
+    "wrecking_ball",
+    "cradle_strings",
+    "gear_train",
+    "suspension",
+    "ragdoll",
+    "ragdoll_pile",
+    "joint_grid",
 )
 
 

@@ -7,7 +7,7 @@ values of functions that each system's library rounds its own way (sine, cosine)
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -15,11 +15,21 @@ Vector = tuple[float, float, float]
 Body = dict[str, Any]
 """Arguments of ``World.add``, as a scene file has them."""
 
+Joint = dict[str, Any]
+"""Kind of a joint, names of its bodies, and its arguments, as a scene file has them."""
+
+ALONG_X = (math.sqrt(0.5), 0.0, 0.0, -math.sqrt(0.5))
+"""The quaternion that lays a capsule or cylinder, whose own axis is y, along x; its upper end is at +x."""
+
+ALONG_Z = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
+"""The one that lays it along z."""
+
 
 class Layout(NamedTuple):
     """What a scene of the library consists of."""
 
     bodies: list[Body]
+    joints: Sequence[Joint] = ()
     world: Mapping[str, Any] = MappingProxyType({})
     """Arguments of the world."""
     seconds: float = 10.0
@@ -41,6 +51,17 @@ def box(size: Vector, position: Vector, **settings: Any) -> Body:
 def sphere(radius: float, position: Vector, **settings: Any) -> Body:
     """A sphere."""
     return body("sphere", position, {"radius": radius}, **settings)
+
+
+def capsule(radius: float, length: float, position: Vector, **settings: Any) -> Body:
+    """A capsule."""
+    return body("capsule", position, {"radius": radius, "length": length}, **settings)
+
+
+def joint(kind: str, a: str | None, b: str, **settings: Any) -> Joint:
+    """A joint of any kind between bodies by name, or, with None, the world and a body."""
+    given = {name: list(value) if isinstance(value, tuple) else value for name, value in settings.items()}
+    return {"type": kind, **({} if a is None else {"a": a}), "b": b, **given}
 
 
 def ground(**settings: Any) -> Body:

@@ -6,16 +6,18 @@ have no threshold speed, that nothing sleeps and nothing is damped. What its Pyt
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
+from atlasphys.engine.joints.kinds.kind import JointKind
 from atlasphys.engine.shapes.mass import mass_properties
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.shape import Shape
@@ -85,6 +87,18 @@ class PeerBody:
         return getattr(self._world.bodies, column)[self.row].copy()
 
 
+class PeerJoint(NamedTuple):
+    """A joint's handle."""
+
+    world: Any
+    native: Any
+
+    @property
+    def reaction_force(self) -> Doubles:
+        """As ``Joint.reaction_force``, but for its sign."""
+        return np.array(self.world._force(self.native), float)
+
+
 class PeerWorld:
     """A world of another engine. Its file overrides what begins with an underscore here."""
 
@@ -143,6 +157,15 @@ class PeerWorld:
         self._items.append(item)
         self._rows = None
         return PeerBody(self, len(self._items) - 1)
+
+    def join(self, joint: JointKind) -> PeerJoint:
+        """Make a joint, as ``World.join`` does; its second body is one of the world's."""
+        rows = [None if end is None else int(end.row) for end in (joint.a, joint.b)]
+        a, b = (None if row is None else (self._items[row].position, self._items[row].orientation) for row in rows)
+        placed = dataclasses.replace(joint, a=None, b=None).placed(a, b)
+        assert rows[1] is not None
+        with quiet():
+            return PeerJoint(self, self._join(rows[0], rows[1], placed))
 
     def step(self, dt: float) -> None:
         """Advance by one step of dt [s]."""
@@ -213,6 +236,14 @@ class PeerWorld:
         """Add a body; its row is the number of items so far."""
         raise NotImplementedError
 
+    def _join(self, a: int | None, b: int, joint: JointKind) -> Any:
+        """Make a joint, which says anchors and axes in those of the bodies' rows (None: the world); return what ``_force`` needs."""
+        raise NotImplementedError
+
+    def _force(self, joint: Any) -> Any:
+        """Force of a joint on its body b in the last step [N], world axes; its sign is not relied on."""
+        raise NotOfferedError("its Python interface does not tell the forces of joints")
+
     def _step(self, dt: float) -> None:
         raise NotImplementedError
 
@@ -231,6 +262,11 @@ def refuse_rolling(item: Item, *, torsional: bool = True) -> None:
         raise NotOfferedError("its Python interface has no rolling friction")
     if torsional and item.torsional_friction:
         raise NotOfferedError("its Python interface has no torsional friction")
+
+
+def refuse_joint(joint: JointKind) -> NoReturn:
+    """Raise for an engine without a kind of joint, or for settings of it that its file does not pass on."""
+    raise NotOfferedError(f"its Python interface has no such {joint.type} joint")
 
 
 def _density(mass: float | None, density: float | None) -> float | None:

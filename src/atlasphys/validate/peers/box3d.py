@@ -9,12 +9,17 @@ import numpy as np
 import robox3d
 from robox3d._ffi import ffi, lib
 
+from atlasphys.engine.joints.frames import IDENTITY, TO_Y, multiply
+from atlasphys.engine.joints.kinds.ball import Ball
+from atlasphys.engine.joints.kinds.distance import Distance, Spring
+from atlasphys.engine.joints.kinds.hinge import Hinge
+from atlasphys.engine.joints.kinds.kind import JointKind
 from atlasphys.engine.shapes.box import Box
 from atlasphys.engine.shapes.capsule import Capsule
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.sphere import Sphere
 from atlasphys.validate.case import NotOfferedError
-from atlasphys.validate.peers import Item, PeerWorld, refuse_rolling
+from atlasphys.validate.peers import Item, PeerWorld, refuse_joint, refuse_rolling
 
 EXTENT, DEPTH = 100.0, 2.0
 """Half the width and the thickness of the box that stands for a half-space [m]."""
@@ -29,6 +34,7 @@ class Box3DWorld(PeerWorld):
         lib.b3World_SetMaximumLinearSpeed(self._world.id, 1e4)
         self.substeps = self._world.substeps
         self._bodies: list[Any] = []
+        self._ground: Any = None
         weakref.finalize(self, self._world.destroy)
 
     def _add(self, item: Item) -> None:
@@ -59,6 +65,36 @@ class Box3DWorld(PeerWorld):
             body.set_mass_data(item.mass, (0, 0, 0), np.diag(item.moments))
             body.linear_velocity, body.angular_velocity = item.velocity, item.angular_velocity
         self._bodies.append(body)
+
+    def _join(self, a: int | None, b: int, joint: JointKind) -> Any:
+        match joint:
+            case Ball(cone=None, twist=None, spring=None, friction=0):
+                made, make = lib.b3DefaultSphericalJointDef(), lib.b3CreateSphericalJoint
+            case Hinge(limits=None, spring=None, friction=0, motor=motor):
+                made, make = lib.b3DefaultRevoluteJointDef(), lib.b3CreateRevoluteJoint
+                if motor is not None:
+                    made.enableMotor, made.motorSpeed, made.maxMotorTorque = True, motor.speed, 1e6
+            case Distance(limits=None, length=length):
+                made, make = lib.b3DefaultDistanceJointDef(), lib.b3CreateDistanceJoint
+                made.length = length
+            case Spring(limits=None, rest_length=length, frequency=frequency, damping=damping):
+                made, make = lib.b3DefaultDistanceJointDef(), lib.b3CreateDistanceJoint
+                made.length, made.enableSpring, made.hertz, made.dampingRatio = length, True, frequency, damping
+            case _:
+                refuse_joint(joint)
+        to_z = TO_Y  # it takes z to x: its hinges turn about z
+        ground = self._ground = self._ground or self._world.create_body(kind="static")
+        made.base.bodyIdA, made.base.bodyIdB = (ground if a is None else self._bodies[a]).id, self._bodies[b].id
+        for frame, anchor, turned in zip(
+            (made.base.localFrameA, made.base.localFrameB), joint.anchors(), joint.frames(), strict=True
+        ):
+            frame.p.x, frame.p.y, frame.p.z = anchor
+            frame.q.s, frame.q.v.x, frame.q.v.y, frame.q.v.z = multiply(turned or IDENTITY, to_z)
+        return make(self._world.id, ffi.addressof(made))
+
+    def _force(self, joint: Any) -> Any:
+        force = lib.b3Joint_GetConstraintForce(joint)
+        return force.x, force.y, force.z
 
     def _step(self, dt: float) -> None:
         self._world.step(dt)

@@ -7,13 +7,17 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from atlasphys.engine.joints.frames import difference, rotate, scaled
+from atlasphys.engine.joints.kinds.ball import Ball
+from atlasphys.engine.joints.kinds.hinge import Hinge
+from atlasphys.engine.joints.kinds.kind import JointKind
 from atlasphys.engine.shapes.box import Box
 from atlasphys.engine.shapes.capsule import Capsule
 from atlasphys.engine.shapes.cylinder import Cylinder
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.sphere import Sphere
 from atlasphys.validate.case import NotOfferedError
-from atlasphys.validate.peers import Item, PeerWorld
+from atlasphys.validate.peers import Item, PeerWorld, refuse_joint
 
 TO_Y = (0.5**0.5, -(0.5**0.5), 0.0, 0.0)
 """The rotation that takes z, along which its capsules and cylinders lie, to y."""
@@ -55,7 +59,7 @@ class MuJoCoWorld(PeerWorld):
                 geom |= {"type": kind, "size": (radius, 0.5 * length, 0), "quat": TO_Y}
             case _:
                 raise NotOfferedError(f"no {type(item.shape).__name__.lower()}")
-        body = self._spec.worldbody.add_body(pos=item.position, quat=item.orientation)
+        body = self._spec.worldbody.add_body(name=f"body {len(self._items)}", pos=item.position, quat=item.orientation)
         if not item.static:
             body.add_freejoint()
             body.explicitinertial = True
@@ -77,6 +81,33 @@ class MuJoCoWorld(PeerWorld):
             self._geom_rows = planes + [row for row in range(len(self._items)) if row not in planes]
             mujoco.mj_forward(self._model, self._data)
         return self._data
+
+    def _join(self, a: int | None, b: int, joint: JointKind) -> Any:
+        points = [joint.anchors()[1]]
+        match joint:
+            case Ball(cone=None, twist=None, spring=None, friction=0):
+                pass
+            case Hinge(limits=None, spring=None, friction=0, motor=None, frame_b=frame):
+                along = rotate(frame, (0.5, 0.0, 0.0))  # two points on the axis make a hinge
+                points = [difference(points[0], scaled(along, sign)) for sign in (-1, 1)]
+            case _:
+                refuse_joint(joint)
+        first = len(self._spec.equalities)
+        for point in points:
+            self._spec.add_equality(
+                type=mujoco.mjtEq.mjEQ_CONNECT,
+                objtype=mujoco.mjtObj.mjOBJ_BODY,
+                name1=f"body {b}",
+                name2="world" if a is None else f"body {a}",
+                data=[*point, *[0.0] * 9],
+            )
+        return range(first, first + len(points))
+
+    def _force(self, joint: Any) -> Any:
+        data = self._compiled()
+        of_equality = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+        rows = [np.flatnonzero(of_equality & (data.efc_id == number)) for number in joint]
+        return np.sum([data.efc_force[row] for row in rows], axis=0)
 
     def _step(self, dt: float) -> None:
         data = self._compiled()

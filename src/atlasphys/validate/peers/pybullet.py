@@ -8,13 +8,15 @@ from typing import Any
 
 import pybullet
 
+from atlasphys.engine.joints.kinds.ball import Ball
+from atlasphys.engine.joints.kinds.kind import JointKind
 from atlasphys.engine.shapes.box import Box
 from atlasphys.engine.shapes.capsule import Capsule
 from atlasphys.engine.shapes.cylinder import Cylinder
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.sphere import Sphere
 from atlasphys.validate.case import NotOfferedError
-from atlasphys.validate.peers import Item, PeerWorld
+from atlasphys.validate.peers import Item, PeerWorld, refuse_joint
 
 ALONG_Y = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
 """The rotation (x, y, z, w) that takes z, along which its cylinders and capsules lie, to an axis of which only the line matters, y."""
@@ -57,6 +59,22 @@ class PyBulletWorld(PeerWorld):
                 for row in range(len(self._items)):
                     pybullet.changeDynamics(self._bodies[row], -1, restitution=math.sqrt(item.restitution), **client)
         self._bodies.append(body)
+
+    def _join(self, a: int | None, b: int, joint: JointKind) -> Any:
+        match joint:
+            case Ball(cone=None, twist=None, spring=None, friction=0):
+                pass
+            case _:
+                refuse_joint(joint)
+        anchor_a, anchor_b = joint.anchors()
+        other = -1 if a is None else self._bodies[a]
+        return pybullet.createConstraint(
+            self._bodies[b], -1, other, -1, pybullet.JOINT_POINT2POINT, (0, 0, 0), anchor_b, anchor_a,
+            physicsClientId=self._client,
+        )  # fmt: skip
+
+    def _force(self, joint: Any) -> Any:
+        return pybullet.getConstraintState(joint, physicsClientId=self._client)[:3]
 
     def _step(self, dt: float) -> None:
         if dt != self._dt:
