@@ -88,6 +88,23 @@ def use_worlds(preset: str, precision: str) -> None:
         world.step(1e-4)
 
 
+def join_bodies(precision: str) -> None:
+    """Have a default world step with joints that take a part of each type."""
+    world = ap.World(precision=precision)
+    a, b = (world.add(ap.Sphere(radius=0.5), position=(x, 0, 0)) for x in (-1.0, 1.0))
+    for joint in (
+        ap.Ball(a, b, anchor=(0, 0, 0), axis=(1, 0, 0), cone=1.0, twist=(-1, 1)),
+        ap.Slider(a, b, anchor=(0, 0, 0), axis=(1, 0, 0), limits=(-1, 1)),
+        ap.Wheel(a, b, anchor=(0, 0, 0), axis=(0, 1, 0), axle=(0, 0, 1)),
+        ap.Distance(a, b, length=2.0),
+        ap.Universal(a, b, anchor=(0, 0, 0), axis=(1, 0, 0), axis_b=(0, 1, 0)),
+        ap.Gear(a, b, axis_a=(1, 0, 0), axis_b=(1, 0, 0)),
+        ap.Pulley(a, b, ground_a=(-1, 2, 0), ground_b=(1, 2, 0)),
+    ):
+        world.join(joint)
+    world.step(1e-4)
+
+
 STEP: dict[str, Callable[[str], None]] = {
     "response": partial(compile_part, response_address),
     "detection": partial(compile_part, detection_address),
@@ -102,6 +119,7 @@ OTHERS: dict[str, Callable[[str], None]] = {
 }
 CLASSIC: dict[str, Callable[[str], None]] = {"classic-solver": compile_classic_solver}
 WORLDS: dict[str, Callable[[str], None]] = {preset: partial(use_worlds, preset) for preset in ("default", "classic")}
+WORLDS["joints"] = join_bodies
 
 if __name__ == "__main__":
     for job in sys.argv[2:]:

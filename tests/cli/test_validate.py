@@ -134,7 +134,10 @@ def test_compare_keeps_what_there_is_when_interrupted(monkeypatch, capsys):
         == 130
     )
     told = json.loads(capsys.readouterr().out)
-    assert [entry["steps"] for entry in told["results"]] == [12, 2]  # a copy of the first took one more, to note its sweeps
+    assert [entry["steps"] for entry in told["results"]] == [
+        12,
+        2,
+    ]  # a copy of the first took one more, to note its sweeps
 
 
 @pytest.mark.parametrize(

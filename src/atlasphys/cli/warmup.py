@@ -46,7 +46,7 @@ def warmup(
     presets = ("default", "classic") if preset == "all" else (preset,)
     precisions = tuple(PRECISIONS) if precision == "all" else (precision,)
     first = [job for name in presets for job in {"default": STEP, "classic": CLASSIC}[name]]
-    rounds = [[(job, name) for name in precisions for job in jobs] for jobs in (first, presets)]
+    rounds = [[(job, name) for name in precisions for job in jobs] for jobs in (first, (*presets, "joints"))]
     _compile(rounds, processes or available_cpus())
     seconds = time.perf_counter() - began
     if json:

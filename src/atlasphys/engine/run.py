@@ -155,7 +155,7 @@ def constants(
         ratio = last_h / sub if last_h > 0 else 1.0
     else:
         frequency = FREQUENCY / sub
-        if settings.contact_frequency is not None:
+        if settings.contact_frequency > 0:
             frequency = min(settings.contact_frequency, MOST_FREQUENCY / sub)
         soft = (
             1 / sub,

@@ -25,7 +25,7 @@ class SoftStep:
     Attributes:
         substeps: substeps a step. More: stiffer contacts and smaller errors, in proportion slower.
         contact_frequency: stiffness of contacts as the frequency of a spring [Hz]; at most 0.15 of the number of substeps a second is used.
-            None: 34 Hz at 240 substeps a second, and in proportion to their number; so overlap under load falls as the square of a substep.
+            0: 34 Hz at 240 substeps a second, and in proportion to their number; so overlap under load falls as the square of a substep.
             Smaller: softer contacts, and impacts that are spread over more steps.
         contact_damping: damping ratio of that spring. Smaller: overlaps are pushed out faster, and overshoot below 1.
         push_out_speed: greatest speed at which overlap is pushed out [m/s], for a length unit of 1 m.
@@ -52,7 +52,7 @@ class SoftStep:
     """
 
     substeps: int = 4
-    contact_frequency: float | None = None
+    contact_frequency: float = 0.0
     contact_damping: float = 10.0
     push_out_speed: float = 3.0
     joint_frequency: float = 80.0
@@ -85,8 +85,8 @@ class SoftStep:
             if not least <= number(name, getattr(self, name)) <= most:
                 raise invalid(name, f"a number from {least:g} to {most:g}", getattr(self, name))
         frequency = self.contact_frequency
-        if frequency is not None and not 0.01 <= number("contact_frequency", frequency) <= 1e5:
-            raise invalid("contact_frequency", "None or a number from 0.01 to 100000", frequency)
+        if number("contact_frequency", frequency) != 0 and not 0.01 <= frequency <= 1e5:
+            raise invalid("contact_frequency", "0 or a number from 0.01 to 100000", frequency)
         for name in ("warm_starting", "contact_recycling"):
             if type(getattr(self, name)) is not bool:
                 raise invalid(name, "True or False", getattr(self, name))
