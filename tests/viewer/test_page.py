@@ -362,7 +362,7 @@ def test_close_up_follows_the_selected_body(demo):
     home = np.array(client.camera.position)
     demo.choose("Selected", "7: cube 3")
     until(lambda: demo.viewer.selected is not None)
-    demo.button("Close-up on / off")
+    demo.button("With the camera")
     until(lambda: np.linalg.norm(np.array(client.camera.position) - home) > 1)
     demo.button("Start")
     until(lambda: demo.viewer.frame.time > 1)
@@ -370,8 +370,39 @@ def test_close_up_follows_the_selected_body(demo):
     until(lambda: not demo.viewer.frame.running)
     target = demo.ask(lambda session: session.world.bodies["cube 3"].position)
     until(lambda: np.linalg.norm(np.array(client.camera.look_at) - target) < 0.5, "the camera to follow")
-    demo.button("Close-up on / off")
+    demo.button("With the camera")
     until(lambda: np.linalg.norm(np.array(client.camera.position) - home) < 0.1)
+
+
+def test_a_close_up_window_follows_the_selected_body_while_the_camera_stays(demo):
+    client = demo.client
+    home = np.array(client.camera.position)
+    demo.button("In a window")
+    demo.sees("Click on a body, or choose one from the list.")
+    demo.choose("Selected", "7: cube 3")
+    window = demo.viewer.close_ups._windows[client.client_id]
+    until(lambda: window.pictures > 0, "a picture")
+    colour = demo.ask(lambda session: session.frame().table.row(demo.viewer.selected))
+    own = demo.viewer.stage._own[colour].astype(float)
+
+    def body_is_in_the_middle():
+        seen = window._image.image[85:125, 140:180].reshape(-1, 3).mean(axis=0)
+        return np.corrcoef(seen, own)[0, 1] > 0.9
+
+    until(body_is_in_the_middle, "the body in the middle of the window")
+    demo.button("Start")
+    until(lambda: demo.viewer.frame.time > 0.6)
+    demo.button("Stop")
+    until(lambda: not demo.viewer.frame.running)
+    time.sleep(0.5)
+    still = window.pictures
+    until(body_is_in_the_middle, "the window to follow")
+    time.sleep(0.5)
+    assert window.pictures == still, "pictures are drawn though nothing changes"
+    assert np.allclose(client.camera.position, home, atol=0.01)
+    demo.button("Close this window")
+    until(lambda: not demo.viewer.close_ups._windows)
+    demo.tab.get_by_role("button", name="Close this window").wait_for(state="detached")
 
 
 def test_scenes_are_loaded_unloaded_and_saved(demo, tmp_path):
