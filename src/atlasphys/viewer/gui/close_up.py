@@ -89,22 +89,24 @@ class Window:
             self._panel.remove()
 
     def _run(self) -> None:
+        before: object = None
         shown: object = None
         while not self._closed.wait(1 / RATE):
             try:
-                shown = self._refresh(shown)
+                # What has changed may reach the browser after it was asked for a picture, so a last one is taken once nothing changes.
+                before, shown = shown, self._refresh(before, shown)
             except TimeoutError:
                 continue
             except (RuntimeError, ValueError, OSError):  # the client has gone, or sent no picture
                 if self._closed.wait(1.0) or self._client.client_id not in self._page.server.get_clients():
                     return
 
-    def _refresh(self, shown: object) -> object:
-        """Show a new picture unless nothing has changed; returns what it depends on."""
+    def _refresh(self, before: object, shown: object) -> object:
+        """Show a new picture unless nothing has changed since the last two; returns what it depends on."""
         page, frame, camera = self._page, self._page.frame, self._client.camera
         arm = np.array(camera.position) - camera.look_at
         now = (page.frames_drawn, page.selected, page.dark, self._distance.value, arm.round(6).tobytes())
-        if now == shown:
+        if now == shown == before:
             return now
         row = frame.table.row(page.selected)
         if row is None or not np.isfinite(frame.position[row]).all():

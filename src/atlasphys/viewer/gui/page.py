@@ -28,7 +28,7 @@ from atlasphys.viewer.simulation import Model, Simulation
 FRAME_TIME = 1 / 30
 """Least time between two drawings [s]."""
 
-PANEL_WIDTH = 420
+PANEL_WIDTH = 450
 """Of the panel beside the scene [pixels]."""
 
 REFRESH_TIME = 0.2
