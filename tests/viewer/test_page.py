@@ -362,7 +362,7 @@ def test_close_up_follows_the_selected_body(demo):
     home = np.array(client.camera.position)
     demo.choose("Selected", "7: cube 3")
     until(lambda: demo.viewer.selected is not None)
-    demo.button("Close-up on / off")
+    demo.button("With the camera")
     until(lambda: np.linalg.norm(np.array(client.camera.position) - home) > 1)
     demo.button("Start")
     until(lambda: demo.viewer.frame.time > 1)
@@ -370,8 +370,40 @@ def test_close_up_follows_the_selected_body(demo):
     until(lambda: not demo.viewer.frame.running)
     target = demo.ask(lambda session: session.world.bodies["cube 3"].position)
     until(lambda: np.linalg.norm(np.array(client.camera.look_at) - target) < 0.5, "the camera to follow")
-    demo.button("Close-up on / off")
+    demo.button("With the camera")
     until(lambda: np.linalg.norm(np.array(client.camera.position) - home) < 0.1)
+
+
+def test_a_close_up_window_follows_the_selected_body_while_the_camera_stays(demo):
+    client = demo.client
+    home = np.array(client.camera.position)
+    demo.button("In a window")
+    demo.sees("Click on a body, or choose one from the list.")
+    demo.choose("Selected", "7: cube 3")
+    window = demo.viewer.close_ups._windows[client.client_id]
+    until(lambda: window.pictures > 0, "a picture")
+
+    def body_is_in_the_middle():
+        red, green, blue = window._image.image[95:115, 150:170].reshape(-1, 3).mean(axis=0)
+        return min(red, green) > blue + 40  # what is selected is yellow
+
+    until(body_is_in_the_middle, "the body in the middle of the window")
+    demo.button("Start")
+    until(lambda: demo.viewer.frame.time > 0.6)
+    demo.button("Stop")
+    until(lambda: not demo.viewer.frame.running)
+    until(body_is_in_the_middle, "the window to follow")
+
+    def is_still():
+        pictures = window.pictures
+        time.sleep(1.0)
+        return window.pictures == pictures
+
+    until(is_still, "no more pictures when nothing changes")
+    assert np.allclose(client.camera.position, home, atol=0.01)
+    demo.button("Close this window")
+    until(lambda: not demo.viewer.close_ups._windows)
+    demo.tab.get_by_role("button", name="Close this window").wait_for(state="detached")
 
 
 def test_scenes_are_loaded_unloaded_and_saved(demo, tmp_path):

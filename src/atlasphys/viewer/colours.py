@@ -17,7 +17,10 @@ PALETTE = np.array(
 """Colours of bodies that were given none, in turn."""
 
 STATIC = (150, 156, 164)
-GROUND = (196, 202, 208)
+GROUND = {False: (196, 202, 208), True: (70, 76, 84)}
+LINES = {False: ((168, 176, 184), (128, 138, 150)), True: ((86, 92, 100), (110, 118, 128))}
+"""Of the grid: finer and coarser. Both by whether it is dark."""
+
 SLEEPING = np.array((112, 122, 138))
 SELECTED = np.array((255, 214, 10))
 

@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from atlasphys.viewer.gui.page import Page
     from atlasphys.world.world import World
 
+PANEL_WIDTH = 340
+"""Of the panel in a notebook, whose cells are narrow: a wider one hides the middle of the scene [pixels]."""
+
 
 def show(world: World, *, port: int = 0, height: int = 600) -> Page:
     """A page of a world, which the page takes over, displayed in the notebook if this is one, else announced. See :meth:`World.view`."""
@@ -36,6 +39,7 @@ def _display(page: Any, what: str, height: int) -> None:
     if _in_notebook():
         from IPython.display import IFrame, display
 
+        page.server.gui.main_panel.set_width(PANEL_WIDTH)
         display(IFrame(page.url, width="100%", height=height))
     else:
         print(f"{what} is shown at {page.url}")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,9 @@ from atlasphys.engine.shapes.plane import Plane
 from atlasphys.errors import MissingExtraError
 from atlasphys.viewer import colours, overlays, shapes
 from atlasphys.viewer.frame import Frame
+from atlasphys.viewer.shading import measure_brightness, smooth_edges
+from atlasphys.viewer.sun import DIRECTION, Sun
+from atlasphys.viewer.sun import colours as drawn_colours
 from atlasphys.viewer.viewpoint import Viewpoint
 
 SHOWABLE = ("velocity", "force", "impulse", "contacts", "boxes", "axes")
@@ -24,11 +29,8 @@ GROUND = {False: (214, 220, 226), True: (58, 64, 72)}
 LINES = {False: (176, 185, 194), True: (88, 96, 106)}
 """By whether it is dark. The ground fades into the background."""
 
-SHADOW = 0.68
-"""Brightness of the ground in shadow, of that in light."""
-
-SUN = np.array((-0.45, 1.0, 0.7))
-"""Direction to the light."""
+FINE = 14.0
+"""Radius in the picture from which on balls are drawn with all their triangles [pixels]."""
 
 GRID_CELLS = 20
 """Cells of the grid to each side."""
@@ -67,8 +69,19 @@ class Painter:
         self._own, self._scale = colours.own_colours(first.table), overlays.typical(first.table)
         self._plotter = _plotter(pyvista, look.size)
         self._plotter.set_background([c / 255 for c in BACKGROUND[look.dark]])
-        self._shadow_mappers: list[Any] = []
+        self._sun = Sun(self._plotter.render_window) if look.shadows else None
+        self._poly = cache(self._make_poly)
         self._batches = [(batch, *self._add_batch(batch)) for batch in shapes.batches(first.table)]
+        self._casting = np.array(
+            [row for row, e in enumerate(first.table.entries) if not isinstance(e.shape, Plane)], int
+        )
+        self._widest = max(
+            (
+                float(2 * batch.scale.max() + np.abs(batch.offset).max()) * _extent(batch)
+                for batch, _, _ in self._batches
+            ),
+            default=1.0,
+        )
         lower, upper = overlays.world_box(first)
         self._reach = 8.0 * max(float((upper - lower).max()), 4 * self._scale.width)
         self._middle = 0.5 * (lower + upper)
@@ -77,7 +90,6 @@ class Painter:
             self._add_axes()
         self._overlay_actors: list[Any] = []
         self._add_light()
-        self._plotter.renderer.SetUseFXAA(True)
 
     def close(self) -> None:
         """Free what VTK holds."""
@@ -86,29 +98,54 @@ class Painter:
     def paint(self, frame: Frame, viewpoint: Viewpoint) -> npt.NDArray[np.uint8]:
         """(height, width, 3) the picture of a frame."""
         colour = colours.shown_colours(frame, self._own)
-        for batch, points, mapper in self._batches:
+        self._place_camera(viewpoint)
+        for batch, points, mappers in self._batches:
             position, orientation = batch.poses(frame)
             points.points = position - self._middle  # VTK computes in single precision
             points["orientation"] = orientation
             points["colour"] = (batch.tint[:, None] * colour[batch.rows]).astype(np.uint8)
-            mapper.Modified()
-        for mapper in self._shadow_mappers:
-            mapper.Modified()
+            if batch.mesh in ("ball", "band"):
+                small = self._radius_seen(position, batch.scale[:, 0], viewpoint) < FINE
+                for mapper in mappers:
+                    mapper.SetSourceData(self._poly(f"coarse {batch.mesh}" if small else batch.mesh))
+            for mapper in mappers:
+                mapper.Modified()
         self._draw_overlays(frame)
-        self._place_camera(viewpoint)
-        self._plotter.render()
-        picture: npt.NDArray[np.uint8] = self._plotter.screenshot(return_img=True)
-        return picture[:, :, :3]
+        self._plotter.render_window.Render()
+        return self._finished(frame)
+
+    def _radius_seen(self, position: Any, radius: Any, viewpoint: Viewpoint) -> float:
+        """Radius of the largest of some balls in the picture [pixels]."""
+        eye = viewpoint.look_at if viewpoint.orthographic else position
+        distance = np.sqrt(((eye - viewpoint.position) ** 2).sum(axis=-1))
+        scale = 0.5 * self._look.size[1] / math.tan(math.radians(viewpoint.field_of_view) / 2)
+        return float((radius / np.maximum(distance, 1e-9)).max()) * scale
+
+    def _finished(self, frame: Frame) -> npt.NDArray[np.uint8]:
+        """What was drawn, with shadows and smooth edges."""
+        columns, rows = self._look.size
+        window = self._plotter.render_window
+        picture = drawn_colours(window, rows, columns)
+        if self._sun is not None:
+            centres = frame.position[self._casting].astype(np.float64) - self._middle
+            centres = centres[np.isfinite(centres).all(axis=1)]
+            self._sun.shade(picture, self._plotter.renderer, centres, self._widest)
+        brightness, smoothed = np.empty((rows, columns), np.float32), np.empty_like(picture)
+        measure_brightness(picture, brightness)
+        smooth_edges(picture, brightness, smoothed)
+        return smoothed[::-1]
 
     # Bodies ----------------------------------------------------------------------------------------------------------
 
-    def _poly(self, mesh: shapes.Mesh) -> Any:
+    def _make_poly(self, key: Hashable) -> Any:
+        mesh = shapes.mesh(key)
         faces = np.concatenate([np.full((len(mesh.faces), 1), 3), mesh.faces], axis=1).ravel()
         poly = self._vtk.PolyData(mesh.vertices, faces)
         return poly.compute_normals(split_vertices=not mesh.is_smooth, feature_angle=1.0 if not mesh.is_smooth else 180.0,
                                     consistent_normals=False, auto_orient_normals=False)  # fmt: skip
 
-    def _add_batch(self, batch: shapes.Batch) -> tuple[Any, Any]:
+    def _add_batch(self, batch: shapes.Batch) -> tuple[Any, tuple[Any, ...]]:
+        """The instances' points, and what draws them: in the picture, and for the sun."""
         from vtkmodules.vtkRenderingCore import vtkActor
 
         count = len(batch.rows)
@@ -116,7 +153,7 @@ class Painter:
         points["orientation"] = np.tile((1.0, 0.0, 0.0, 0.0), (count, 1))
         points["scale"] = batch.scale
         points["colour"] = np.zeros((count, 3), np.uint8)
-        mapper = _instances(points, self._poly(shapes.mesh(batch.mesh)))
+        mapper = _instances(points, self._poly(batch.mesh))
         mapper.SetScalarModeToUsePointFieldData()
         mapper.SelectColorArray("colour")
         mapper.SetColorModeToDirectScalars()
@@ -128,7 +165,12 @@ class Painter:
         shade.SetSpecular(0.08)
         shade.SetSpecularPower(20)
         self._plotter.renderer.AddActor(actor)
-        return points, mapper
+        if self._sun is not None and batch.mesh != "band":
+            shadow = _instances(points, mapper.GetSource())
+            shadow.ScalarVisibilityOff()
+            self._sun.add(shadow)
+            return points, (mapper, shadow)
+        return points, (mapper,)
 
     # Surroundings ----------------------------------------------------------------------------------------------------
 
@@ -145,8 +187,6 @@ class Painter:
             ground = np.array([round(255 * c) for c in entry.color] if entry.color else GROUND[self._look.dark])
             self._add_disc(foot, along, across, ground)
             self._add_grid(foot + 4e-3 * self._scale.width * normal, along, across, cell, ground)
-            if self._look.shadows and normal @ SUN > 0.1:
-                self._add_shadows(foot + 1e-2 * self._scale.width * normal, normal, ground)
 
     def _faded(self, colour: Any, points: Any, foot: Any, reach: float) -> Any:
         """(k, 3) the colour at points of the ground, which fades into the background with their distance from its middle."""
@@ -188,33 +228,6 @@ class Painter:
             poly, scalars="colour", rgb=True, ambient=1.0, diffuse=0.0, show_scalar_bar=False, render=False
         )
 
-    def _add_shadows(self, foot: Any, normal: Any, ground: Any) -> None:
-        """Every batch once more, projected on the plane along the light's rays. Bodies cast none on one another: maps of shadows, which could do
-        that, cost several times as much and are coarse on a wide ground."""
-        from vtkmodules.vtkCommonMath import vtkMatrix4x4
-        from vtkmodules.vtkRenderingCore import vtkActor
-
-        matrix, level = np.eye(4), (foot - self._middle) @ normal
-        matrix[:3, :3] -= np.outer(SUN, normal) / (normal @ SUN)
-        matrix[:3, 3] = SUN * level / (normal @ SUN)
-        projection = vtkMatrix4x4()
-        projection.DeepCopy(matrix.ravel().tolist())
-        for batch, points, mapper in self._batches:
-            if batch.mesh == "band":
-                continue
-            coarse = batch.mesh == "ball"
-            flat = _instances(points, self._poly(shapes.mesh("coarse ball")) if coarse else mapper.GetSource())
-            flat.ScalarVisibilityOff()
-            actor = vtkActor()
-            actor.SetMapper(flat)
-            actor.SetUserMatrix(projection)
-            shade = actor.GetProperty()
-            shade.SetColor(*(SHADOW * ground / 255))
-            shade.SetAmbient(1.0)
-            shade.SetDiffuse(0.0)
-            self._plotter.renderer.AddActor(actor)
-            self._shadow_mappers.append(flat)
-
     def _add_lines(self, lines: Any, colour: tuple[int, int, int], thickness: float) -> Any:
         """Lines as thin tubes [thickness in m]."""
         count = len(lines)
@@ -231,7 +244,9 @@ class Painter:
 
     def _add_light(self) -> None:
         """A sun; the sky is in the surfaces' ambient share."""
-        sun = self._vtk.Light(position=tuple(SUN), focal_point=(0, 0, 0), intensity=0.95, light_type="scene light")
+        sun = self._vtk.Light(
+            position=tuple(DIRECTION), focal_point=(0, 0, 0), intensity=0.95, light_type="scene light"
+        )
         sun.positional = False
         self._plotter.add_light(sun)
 
@@ -327,3 +342,8 @@ def _instances(points: Any, source: Any) -> Any:
     mapper.SetScaleModeToScaleByVectorComponents()
     mapper.SetScaleFactor(1.0)
     return mapper
+
+
+def _extent(batch: shapes.Batch) -> float:
+    """Distance of the farthest vertex of a batch's mesh from its middle, before scaling."""
+    return float(np.sqrt((shapes.mesh(batch.mesh).vertices ** 2).sum(axis=1)).max())

@@ -135,6 +135,7 @@ def mesh(key: Hashable) -> Mesh:
         "ball": _ball,
         "coarse ball": _coarse_ball,
         "band": _band,
+        "coarse band": lambda: _band(10),
         "cube": _cube,
         "tube": _tube,
         "cylinder": _cylinder,
@@ -179,18 +180,17 @@ def _ball() -> Mesh:
 
 
 def _coarse_ball() -> Mesh:
-    """For shadows."""
+    """For shadows, and balls that are small in a picture."""
     return _sphere_sheet(1.0, np.linspace(0, math.pi, 6), np.linspace(0, 2 * math.pi, 13))
 
 
-def _band() -> Mesh:
+def _band(segments: int = SEGMENTS) -> Mesh:
     """A band about the equator and half a band over a pole, a little above the unit sphere."""
-    width, radius = 0.16, 1.012
-    around = np.linspace(0, 2 * math.pi, SEGMENTS + 1)
-    equator = _sphere_sheet(radius, math.pi / 2 + np.linspace(-width, width, 3), around)
-    half = _sphere_sheet(
-        radius, math.pi / 2 + np.linspace(-width, width, 3), np.linspace(0, math.pi, SEGMENTS // 2 + 1)
-    )
+    width, radius = 0.16, 1.012 if segments == SEGMENTS else 1.03
+    around = np.linspace(0, 2 * math.pi, segments + 1)
+    breadth = math.pi / 2 + np.linspace(-width, width, 3 if segments == SEGMENTS else 2)
+    equator = _sphere_sheet(radius, breadth, around)
+    half = _sphere_sheet(radius, breadth, np.linspace(0, math.pi, segments // 2 + 1))
     over = half.vertices @ np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # a quarter turn about z
     vertices = np.concatenate([equator.vertices, over])
     return Mesh(vertices, np.concatenate([equator.faces, half.faces + len(equator.vertices)]), True)

@@ -76,12 +76,19 @@ class Cameras:
             + ("" if page.is_replay else " **Left drag** on a body pulls it; let go to throw it.")
         )
 
-    def add_close_up_button(self) -> None:
-        """The button of the close-up."""
-        button = self._page.server.gui.add_button(
-            "Close-up on / off", hint="Follow the selected body; F on the keyboard"
+    def add_close_up_buttons(self) -> None:
+        """The buttons of the close-ups."""
+        page = self._page
+        buttons = page.server.gui.add_button_group(
+            "Close-up",
+            ("In a window", "With the camera"),
+            hint="Follow the selected body, or no longer; K and F on the keyboard",
         )
-        button.on_click(lambda event: self.toggle_close_up(event.client))
+        buttons.on_click(
+            lambda event: (page.close_ups.toggle if event.target.value == "In a window" else self.toggle_close_up)(
+                event.client
+            )
+        )
 
     def look(self, client: Any, direction: str) -> None:
         """Put a client's camera where it sees everything from a side."""

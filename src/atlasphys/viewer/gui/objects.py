@@ -33,7 +33,7 @@ class Objects:
         self._ids: dict[str, int] = {}
         self._filter.on_update(lambda event: self._fill(page.frame))
         self._list.on_update(self._selected)
-        page.cameras.add_close_up_button()
+        page.cameras.add_close_up_buttons()
         if not page.is_replay:
             self._add_actions(gui)
 

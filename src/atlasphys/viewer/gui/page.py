@@ -12,6 +12,7 @@ from typing import Any
 from atlasphys.errors import AtlasPhysError
 from atlasphys.viewer.frame import Frame
 from atlasphys.viewer.gui.camera import Cameras
+from atlasphys.viewer.gui.close_up import CloseUps
 from atlasphys.viewer.gui.objects import Objects
 from atlasphys.viewer.gui.plots import Plots
 from atlasphys.viewer.gui.scenes import Scenes
@@ -27,7 +28,7 @@ from atlasphys.viewer.simulation import Model, Simulation
 FRAME_TIME = 1 / 30
 """Least time between two drawings [s]."""
 
-PANEL_WIDTH = 420
+PANEL_WIDTH = 450
 """Of the panel beside the scene [pixels]."""
 
 REFRESH_TIME = 0.2
@@ -92,6 +93,7 @@ class Page:
         with self.server.atomic():
             self.stage = Stage(self)
             self.cameras = Cameras(self)
+            self.close_ups = CloseUps(self)
             self.transport = Timeline(self) if self.is_replay else Transport(self)
             tabs = self.server.gui.add_tab_group()
             self.parts: list[Any] = [self.transport]
@@ -175,6 +177,7 @@ class Page:
         """Stop serving, and end the threads."""
         if not self._ended.is_set():
             self._ended.set()
+            self.close_ups.close()
             self._painter.join(timeout=5.0)
             self.simulation.end()
             stop(self.server)

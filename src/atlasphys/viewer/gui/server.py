@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import socket
+import sys
 from typing import Any
 
 from atlasphys.errors import InvalidArgumentError, MissingExtraError
@@ -42,7 +43,7 @@ def serve(port: int | None) -> Any:
         raise MissingExtraError("the viewer needs the package viser: pip install 'atlasphys[viewer]'") from None
     if port:
         _refuse_busy(port)
-    with contextlib.redirect_stdout(io.StringIO()):  # its banner
+    with _silence():  # its banner
         server = viser.ViserServer(
             host=HOST, port=FIRST_PORT if port is None else port, label="AtlasPhys", verbose=False
         )
@@ -50,6 +51,15 @@ def serve(port: int | None) -> Any:
         server.stop()
         raise _busy(port)
     return server
+
+
+def _silence() -> contextlib.AbstractContextManager[Any]:
+    """Let nothing be printed, nor displayed in a notebook, past which ``sys.stdout`` goes."""
+    if "IPython" in sys.modules:
+        from IPython.utils.capture import capture_output
+
+        return capture_output()  # type: ignore[no-any-return]
+    return contextlib.redirect_stdout(io.StringIO())
 
 
 def _refuse_busy(port: int) -> None:

@@ -39,7 +39,8 @@ def _commands(page: Page) -> list[tuple[str, str, Callable[[Any], Any]]]:
 
     cameras = page.cameras
     common: list[tuple[str, str, Callable[[Any], Any]]] = [
-        ("F", "Close-up of the selected body, on or off", cameras.toggle_close_up),
+        ("F", "Camera near the selected body, following it, or back", cameras.toggle_close_up),
+        ("K", "Close-up of the selected body in a window, on or off", page.close_ups.toggle),
         ("O", "Orthographic or perspective", cameras.toggle_projection),
         ("escape", "Select nothing", lambda client: page.select(None)),
         ("G", "Grid on or off", toggle("grid")),

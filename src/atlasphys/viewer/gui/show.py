@@ -58,3 +58,4 @@ class Show:
     def _set_dark(self, value: bool) -> None:
         self._page.dark = value
         self._page.apply_theme()
+        self._page.redraw()

@@ -144,15 +144,16 @@ class Stage:
                 np.array([(0, 1, 2), (0, 2, 3)], np.uint32),
                 color=tuple(np.round(255 * np.array(entry.color)).astype(int).tolist())
                 if entry.color
-                else colours.GROUND,
+                else colours.GROUND[self._page.dark],
                 side="double",
                 cast_shadow=False,
                 **where,
             )
+            fine, coarse = colours.LINES[self._page.dark]
             lifted = {**where, "position": tuple((entry.shape.offset + 2e-3 * self.scale.width) * normal)}
             grid = self._scene.add_grid(
                 parent + "/grid", 2 * reach, 2 * reach, plane="xz", cell_size=cell, section_size=10 * cell,
-                cell_color=(168, 176, 184), section_color=(128, 138, 150), cell_thickness=0.6, section_thickness=1.0,
+                cell_color=fine, section_color=coarse, cell_thickness=0.6, section_thickness=1.0,
                 fade_distance=2 * reach, fade_strength=1.5, shadow_opacity=0.0, infinite_grid=False, **lifted,
             )  # fmt: skip
             self._planes.append((row, quad, grid))
@@ -160,6 +161,9 @@ class Stage:
     def _draw_planes(self, frame: Frame) -> None:
         for row, quad, grid in self._planes:
             there = not np.isnan(frame.position[row, 0])
+            if frame.table.entries[row].color is None and quad.color != colours.GROUND[self._page.dark]:
+                quad.color = colours.GROUND[self._page.dark]
+                grid.cell_color, grid.section_color = colours.LINES[self._page.dark]
             quad.visible, grid.visible = self._page.shown.plane and there, self._page.shown.grid and there
 
     # Overlays --------------------------------------------------------------------------------------------------------
