@@ -208,8 +208,6 @@ def _axis_marks(frame: Frame, joints: JointsNow, anchors: Floats, width: float) 
     kept[kept] &= joints.acts[table.axis_joint[kept]]
     joint, side, axis = table.axis_joint[kept], table.axis_side[kept], table.axis[kept]
     body = joints.bodies[joint, side]
-    axis = np.where(
-        (body != WORLD)[:, None], rotate(frame.orientation[body].astype(np.float64), axis), axis
-    )
+    axis = np.where((body != WORLD)[:, None], rotate(frame.orientation[body].astype(np.float64), axis), axis)
     middle = anchors[joint, side]
     return np.stack([middle - 0.5 * width * axis, middle + 0.5 * width * axis], axis=1)

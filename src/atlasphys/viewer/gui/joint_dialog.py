@@ -152,7 +152,7 @@ RANGE = "Least and greatest [rad, m], either may be inf; empty: none"
 FREEDOM = "free, locked, or least and greatest [m, rad]"
 SPRING = "[Hz]; empty: no spring"
 SETTINGS = {
-    **{name: ("freedom", FREEDOM) for name in ("x", "y", "z", "rx", "ry", "rz")},
+    **dict.fromkeys(("x", "y", "z", "rx", "ry", "rz"), ("freedom", FREEDOM)),
     "limits": ("range", RANGE),
     "limits_b": ("range", RANGE),
     "cone": ("number or none", "Greatest swing [rad]; empty: any"),

@@ -31,7 +31,9 @@ class Joints:
     def __init__(self, page: Page) -> None:
         self._page = page
         gui = page.server.gui
-        self._filter = gui.add_text("Find joint", "", hint="Only joints whose kind, name or bodies hold this are listed")
+        self._filter = gui.add_text(
+            "Find joint", "", hint="Only joints whose kind, name or bodies hold this are listed"
+        )
         self._list = gui.add_dropdown("Selected joint", (NONE,))
         self._info = gui.add_html("")
         self._table: JointTable | None = None
@@ -83,7 +85,6 @@ class Joints:
         self._list.options = (NONE, *self._ids)
 
 
-UNITS = {"angle": ("rad", "rad/s"), "length": ("m", "m/s")}
 LENGTHS = ("translation", "length", "x", "y", "z")
 """Coordinates that are lengths; the others are angles."""
 
@@ -101,8 +102,8 @@ def describe_joint(frame: Frame) -> str:
     acts = "broken" if state.broken else "enabled" if state.enabled else "disabled"
     rows = [("kind", now.table.entries[row].kind), ("a", state.ends[0]), ("b", state.ends[1]), ("state", acts)]
     for name, (value, rate) in state.coordinates.items():
-        unit, speed = UNITS["length" if name in LENGTHS else "angle"]
-        rows.append((name, f"{value:.4f} {unit}, at {rate:.4g} {speed}"))
+        unit = "m" if name in LENGTHS else "rad"
+        rows.append((name, f"{value:.4f} {unit}, at {rate:.4g} {unit}/s"))
     rows += [
         ("anchors apart", f"{1000 * state.apart:.4g} mm"),
         ("force on b", _vector(state.force, "N")),

@@ -17,7 +17,10 @@ SWITCHES = {
     "contacts": ("Contact points", "Orange"),
     "normals": ("Contact normals", "Violet; from body a to body b"),
     "boxes": ("Bounding boxes", "Of the first 600 bodies"),
-    "joints": ("Joints", "Cyan from centres to anchors; orange from anchor to anchor; magenta axes; grey: disabled or broken"),
+    "joints": (
+        "Joints",
+        "Cyan from centres to anchors; orange from anchor to anchor; magenta axes; grey: disabled or broken",
+    ),
     "islands": ("Islands by colour", "Bodies that touch one another have one colour"),
     "sleeping": ("Mark sleeping bodies", "They turn grey"),
     "centers": ("Centres of mass", "Black"),
@@ -33,8 +36,10 @@ class Show:
         self._page = page
         gui = page.server.gui
         self.switches: dict[str, Any] = {}
-        lacking: tuple[str, ...] = (*OF_CONTACTS, "sleeping") if page.is_replay and not page.simulation.model.has_contacts else ()  # type: ignore[attr-defined]
-        lacking += ("joints",) if page.is_replay else ()
+        lacking: tuple[str, ...] = ()
+        if page.is_replay:
+            recorded = page.simulation.model.has_contacts  # type: ignore[attr-defined]
+            lacking = ("joints",) if recorded else ("joints", "sleeping", *OF_CONTACTS)
         for name, (label, hint) in SWITCHES.items():
             if name in lacking:
                 continue
