@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.shape import Shape
+from atlasphys.viewer.joints import JointsNow
 
 Array = npt.NDArray[Any]
 
@@ -81,6 +82,8 @@ class Frame:
     contacts: Array | None = None
     """Contact points of the last step, as ``World.contacts``; None if they were not asked for or not recorded."""
     contact_count: int = 0
+    joints: JointsNow | None = None
+    """None of a recording: it holds none."""
     running: bool = False
     settings: Mapping[str, Any] = field(default_factory=dict)
     """The world's settings by name, with ``dt`` and ``speed``."""

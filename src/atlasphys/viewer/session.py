@@ -14,14 +14,17 @@ import numpy as np
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.errors import AtlasPhysError, InvalidArgumentError, SceneError
 from atlasphys.scene.build import describe_body
+from atlasphys.scene.joints import describe_joint
 from atlasphys.scene.load import load_scene, parse_scene
 from atlasphys.scene.scene import Scene
 from atlasphys.viewer.frame import Entry, Frame, Table
 from atlasphys.viewer.grab import Grab
 from atlasphys.viewer.history import History
+from atlasphys.viewer.joints import JointsNow, JointTable, state_of
 from atlasphys.viewer.meter import Meter
 from atlasphys.world.arguments import bounded_vector, in_range
 from atlasphys.world.body import Body
+from atlasphys.world.joint import Joint
 from atlasphys.world.settings import LONGEST_STEP, SHORTEST_STEP
 from atlasphys.world.world import World
 
@@ -57,6 +60,8 @@ class Session:
     def __init__(self, world: World, *, title: str = "world", dt: float = 1 / 60) -> None:
         self.contacts_wanted = self.totals_wanted = False
         """Whether frames shall hold contacts, and energy and momentum, which cost time."""
+        self.joint_wanted: int | None = None
+        """Id of the joint whose state frames shall hold."""
         self.speed = 1.0
         """Simulated seconds per second that are aimed at."""
         self.changes = 0
@@ -83,6 +88,7 @@ class Session:
         self._changed_by_hand = True
         self._velocity_before = np.array(world.bodies.velocity)
         self._table: Table | None = None
+        self._joint_table: JointTable | None = None
         self._last_totals: tuple[float, int, Any] = (0.0, -1, None)
         self.changes += 1
 
@@ -312,6 +318,53 @@ class Session:
             self.grab_held = None
             self._edited()
 
+    # Joints ----------------------------------------------------------------------------------------------------------
+
+    def joint(self, identity: int) -> Joint:
+        """The handle of a joint.
+
+        Raises:
+            InvalidArgumentError: it is not there.
+        """
+        row = self.joints().table.row(identity)
+        if row is None:
+            raise InvalidArgumentError("this joint is no longer there")
+        return self.world.joints[row]
+
+    def edit_joint(self, identity: int, changes: Mapping[str, Any]) -> None:
+        """Change settings of a joint by name, and whether it is ``enabled`` or ``broken``.
+
+        Raises:
+            InvalidArgumentError: one cannot be changed or is refused; nothing is changed.
+        """
+        joint = self.joint(identity)
+        flags = {name: changes[name] for name in ("broken", "enabled") if name in changes}
+        for name, value in flags.items():
+            if type(value) is not bool:
+                raise InvalidArgumentError(f"{name} must be True or False (got {value!r})")
+        settings = {name: value for name, value in changes.items() if name not in flags}
+        try:
+            joint.change(**settings)
+        except AttributeError as error:
+            raise InvalidArgumentError(f"{error} to be changed") from None
+        for name, value in flags.items():
+            setattr(joint, name, value)
+        self._edited()
+
+    def remove_joint(self, identity: int) -> None:
+        """Delete a joint; its bodies stay."""
+        self.world.remove(self.joint(identity))
+        self._edited()
+
+    def joints(self) -> JointsNow:
+        """All joints, at the present moment."""
+        joints = self.world.joints
+        if self._joint_table is None or len(self._joint_table) != len(joints):
+            self._joint_table = JointTable(self.world)
+        row = self._joint_table.row(self.joint_wanted)
+        selected = None if row is None else state_of(joints[row])
+        return JointsNow(self._joint_table, np.array(joints.bodies), np.array(joints.acts), selected)
+
     # Scenes ----------------------------------------------------------------------------------------------------------
 
     def load(self, name_or_path: str | os.PathLike[str], **parameters: Any) -> None:
@@ -336,7 +389,8 @@ class Session:
     def scene(self) -> Scene:
         """The world as it is now, as a scene."""
         scene = Scene.from_world(self.world, name=self.title)
-        return Scene(scene.bodies, world=scene.data().get("world"), name=self.title, dt=self.dt)
+        joints = [describe_joint(joint) for joint in self.world.joints if joint.enabled and not joint.broken]
+        return Scene(scene.bodies, joints=joints, world=scene.data().get("world"), name=self.title, dt=self.dt)
 
     def save(self, path: str | os.PathLike[str], *, replace: bool = False) -> None:
         """Write the world as it is now to a scene file.
@@ -355,6 +409,7 @@ class Session:
     def _edited(self, *, bodies: bool = False) -> None:
         """Note that the world was changed by hand between steps; ``bodies``: some came or went."""
         self._changed_by_hand = True
+        self._joint_table = None
         if bodies or (self._table is not None and len(self._table) != len(self.world.bodies)):
             self._table = None
         if self.world.steps == 0:
@@ -402,6 +457,7 @@ class Session:
             dt=self.dt,
             contacts=np.array(world.contacts) if self.contacts_wanted else None,
             contact_count=world.contact_count,
+            joints=self.joints(),
             running=self.running,
             settings=self.settings(),
             energy=energy,

@@ -114,6 +114,11 @@ class Joint:
         return self._world
 
     @property
+    def id(self) -> int:
+        """A number that no other joint of the world has or will have."""
+        return self._id
+
+    @property
     def name(self) -> str | None:
         """The joint's name, unique among joints of its world, or None."""
         return self._world._joint_infos[self.row].name
@@ -368,6 +373,12 @@ class Joints:
         table = self._world._state.joints
         rows: npt.NDArray[np.int32] = _read_only(table.rows.body[: table.count])
         return rows
+
+    @property
+    def acts(self) -> npt.NDArray[np.bool_]:
+        """(n,) whether each joint is enabled and not broken."""
+        acting: npt.NDArray[np.bool_] = _read_only(self._world._state.joints.active)
+        return acting
 
     @property
     def reaction_force(self) -> npt.NDArray[np.float64]:

@@ -13,6 +13,7 @@ from atlasphys.errors import AtlasPhysError
 from atlasphys.viewer.frame import Frame
 from atlasphys.viewer.gui.camera import Cameras
 from atlasphys.viewer.gui.close_up import CloseUps
+from atlasphys.viewer.gui.joints import Joints
 from atlasphys.viewer.gui.objects import Objects
 from atlasphys.viewer.gui.plots import Plots
 from atlasphys.viewer.gui.scenes import Scenes
@@ -48,6 +49,7 @@ class Shown:
     contacts: bool = False
     normals: bool = False
     boxes: bool = False
+    joints: bool = True
     islands: bool = False
     sleeping: bool = True
     centers: bool = False
@@ -83,6 +85,8 @@ class Page:
         self.shown = shown or Shown()
         self.selected: int | None = None
         """Id of the selected body."""
+        self.selected_joint: int | None = None
+        """Id of the selected joint."""
         self.dark = dark
         self.simulation = Simulation(model)
         self._dirty = True
@@ -100,6 +104,8 @@ class Page:
             with tabs.add_tab("Objects"):
                 self.parts.append(Objects(self))
             if not self.is_replay:
+                with tabs.add_tab("Joints"):
+                    self.parts.append(Joints(self))
                 with tabs.add_tab("World"):
                     self.parts.append(WorldSettings(self))
             with tabs.add_tab("Show"):
@@ -151,6 +157,17 @@ class Page:
         """Select a body, or none."""
         self.selected = identity
         self.update_wanted()
+        self.redraw()
+
+    def select_joint(self, identity: int | None) -> None:
+        """Select a joint, or none."""
+        self.selected_joint = identity
+
+        def want(model: Any) -> None:
+            model.joint_wanted = identity
+            model.changes += 1
+
+        self.do(want)
         self.redraw()
 
     def redraw(self) -> None:

@@ -17,6 +17,10 @@ SWITCHES = {
     "contacts": ("Contact points", "Orange"),
     "normals": ("Contact normals", "Violet; from body a to body b"),
     "boxes": ("Bounding boxes", "Of the first 600 bodies"),
+    "joints": (
+        "Joints",
+        "Cyan from centres to anchors; orange from anchor to anchor; magenta axes; grey: disabled or broken",
+    ),
     "islands": ("Islands by colour", "Bodies that touch one another have one colour"),
     "sleeping": ("Mark sleeping bodies", "They turn grey"),
     "centers": ("Centres of mass", "Black"),
@@ -26,13 +30,16 @@ OF_CONTACTS = ("impulse", "contacts", "normals", "islands")
 
 
 class Show:
-    """The switches. A recording without contacts has none of theirs."""
+    """The switches. A recording has none of joints; one without contacts has none of theirs."""
 
     def __init__(self, page: Page) -> None:
         self._page = page
         gui = page.server.gui
         self.switches: dict[str, Any] = {}
-        lacking = (*OF_CONTACTS, "sleeping") if page.is_replay and not page.simulation.model.has_contacts else ()  # type: ignore[attr-defined]
+        lacking: tuple[str, ...] = ()
+        if page.is_replay:
+            recorded = page.simulation.model.has_contacts  # type: ignore[attr-defined]
+            lacking = ("joints",) if recorded else ("joints", "sleeping", *OF_CONTACTS)
         for name, (label, hint) in SWITCHES.items():
             if name in lacking:
                 continue

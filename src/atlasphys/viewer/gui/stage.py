@@ -9,6 +9,7 @@ import numpy as np
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.viewer import colours, overlays, shapes
 from atlasphys.viewer.frame import Frame, Table
+from atlasphys.viewer.joints import NO_LINES, joint_lines
 
 if TYPE_CHECKING:
     from atlasphys.viewer.gui.page import Page
@@ -16,6 +17,10 @@ if TYPE_CHECKING:
 GREEN, RED, BLUE, ORANGE, VIOLET, YELLOW = (
     (34, 160, 60), (214, 39, 40), (31, 119, 220), (255, 140, 0), (150, 80, 200), (255, 200, 0),
 )  # fmt: skip
+
+JOINT_COLOURS = {
+    "arms": (0, 190, 200), "links": ORANGE, "axes": (220, 0, 160), "idle": (130, 130, 130), "selected": YELLOW,
+}  # fmt: skip
 
 
 class Stage:
@@ -183,8 +188,18 @@ class Stage:
         self._segments("selection", marked[~np.isnan(marked).any(axis=(1, 2))], YELLOW)
         points = frame.contacts["point"] if shown.contacts and frame.contacts is not None else np.empty((0, 3))
         self._points("contacts", points, ORANGE)
+        self._draw_joints(frame)
         there = frame.table.is_dynamic & ~np.isnan(frame.position[:, 0])
         self._points("centers", overlays.centers(frame)[there] if shown.centers else np.empty((0, 3)), (20, 20, 20))
+
+    def _draw_joints(self, frame: Frame) -> None:
+        page = self._page
+        width = 0.7 * self.scale.width
+        lines = (
+            joint_lines(frame, overlays.centers(frame), width, page.selected_joint) if page.shown.joints else NO_LINES
+        )
+        for name, points in lines._asdict().items():
+            self._segments(f"joint {name}", points, JOINT_COLOURS[name])
 
     def _arrows(self, name: str, points: Any, colour: tuple[int, int, int]) -> None:
         width = self.scale.width

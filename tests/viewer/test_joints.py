@@ -1,0 +1,192 @@
+"""Joints in the viewer: what is drawn of them, and what its commands and dialogs do to the world."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import atlasphys as ap
+from atlasphys.errors import InvalidArgumentError
+from atlasphys.viewer.joints import NO_LINES, joint_lines
+from atlasphys.viewer.overlays import centers
+from atlasphys.viewer.session import Session
+
+WIDTH = 0.5
+
+
+def lines(session, selected=None):
+    frame = session.frame()
+    return joint_lines(frame, centers(frame), WIDTH, selected)
+
+
+def door(**settings):
+    """A cone, whose centre of mass is not its origin, on a hinge of the world, with a ball on it by a rod."""
+    world = ap.World(gravity=(0, -10, 0))
+    cone = world.add(ap.Cone(radius=0.4, height=1.0), position=(1, 2, 0), name="cone")
+    ball = world.add(ap.Sphere(radius=0.2), position=(3, 2, 0), name="ball")
+    world.join(ap.Hinge(None, cone, anchor=(0, 2, 0), axis=(0, 0, 2), **settings), name="pivot")
+    world.join(ap.Distance(cone, ball))
+    return Session(world)
+
+
+def test_lines_of_a_hinge_and_a_rod():
+    session = door()
+    drawn = lines(session)
+    centre = np.array([1, 2, 0]) + session.world.bodies["cone"].shape.center_of_mass
+    assert np.allclose(drawn.arms, [[centre, (0, 2, 0)], [centre, (1, 2, 0)], [(3, 2, 0), (3, 2, 0)]])
+    assert np.allclose(drawn.links, [[(0, 2, 0), (0, 2, 0)], [(1, 2, 0), (3, 2, 0)]])
+    assert np.allclose(drawn.axes, [[(0, 2, -WIDTH / 2), (0, 2, WIDTH / 2)]])
+    assert len(drawn.idle) == len(drawn.selected) == 0
+    rod = session.world.joints[1].id
+    assert np.allclose(
+        lines(session, rod).selected, [[centre, (1, 2, 0)], [(3, 2, 0), (3, 2, 0)], [(1, 2, 0), (3, 2, 0)]]
+    )
+
+
+@pytest.mark.parametrize("name", ["ragdoll", "suspension", "four_bar"])
+def test_lines_follow_the_bodies(name):
+    """Links are from anchor to anchor as the handles have them; hinges and wheels are marked along axes that turn with their bodies."""
+    session = Session.from_scene(ap.load_scene(name))
+    session.step(12)
+    drawn, joints = lines(session), list(session.world.joints)
+    assert np.allclose(drawn.links, [joint.anchors for joint in joints], atol=1e-6)
+    assert len(drawn.arms) == sum((joint.a is not None) + (joint.b is not None) for joint in joints)
+    marks = {"Hinge": 1, "Wheel": 2}
+    assert len(drawn.axes) == sum(marks.get(type(joint.settings).__name__, 0) for joint in joints) > 0
+    length = np.sqrt(((drawn.axes[:, 1] - drawn.axes[:, 0]) ** 2).sum(axis=1))
+    assert np.allclose(length, WIDTH)
+
+
+def test_the_axes_of_a_plane_linkage_stay_at_right_angles_to_its_plane():
+    session = Session.from_scene(ap.load_scene("four_bar"))
+    session.step(12)
+    mark = lines(session).axes
+    assert np.allclose(np.abs((mark[:, 1] - mark[:, 0]) @ (0, 0, 1)), WIDTH, atol=1e-3)
+
+
+def test_a_pulley_is_drawn_over_its_wheels():
+    world = ap.World()
+    a = world.add(ap.Sphere(radius=0.2), position=(-1, 0, 0))
+    b = world.add(ap.Sphere(radius=0.2), position=(1, 0, 0))
+    world.join(ap.Pulley(a, b, ground_a=(-1, 3, 0), ground_b=(1, 3, 0)))
+    drawn = lines(Session(world))
+    left, right = (-1, 3, 0), (1, 3, 0)
+    assert np.allclose(drawn.links, [[(-1, 0, 0), left], [(1, 0, 0), right], [left, right]])
+
+
+@pytest.mark.parametrize("name", ["joint_grid", "gear_train", "rope_heavy", "cradle_strings", "tower"])
+def test_scenes_of_all_kinds_of_joints_can_be_drawn(name):
+    session = Session.from_scene(ap.load_scene(name))
+    joints = len(session.world.joints)
+    drawn = lines(session)
+    assert all(np.isfinite(points).all() for points in drawn)
+    assert len(drawn.links) == joints
+    assert (joints > 0) == (name != "tower")
+
+
+def test_what_does_not_act_is_grey_and_a_recording_has_none():
+    session = door()
+    pivot, rod = (joint.id for joint in session.world.joints)
+    session.edit_joint(rod, {"enabled": False})
+    drawn = lines(session)
+    assert (len(drawn.arms), len(drawn.idle), len(drawn.links), len(drawn.axes)) == (1, 2, 1, 1)
+    session.edit_joint(pivot, {"enabled": False})
+    drawn = lines(session)
+    assert (len(drawn.arms), len(drawn.idle), len(drawn.links), len(drawn.axes)) == (0, 3, 0, 0)
+    frame = dataclasses.replace(session.frame(), joints=None)
+    assert joint_lines(frame, centers(frame), WIDTH) == NO_LINES
+
+
+def test_edits_reach_the_world_and_can_be_undone():
+    session = door()
+    pivot = session.world.joints["pivot"]
+    session.step(3)
+    session.edit_joint(pivot.id, {"limits": (-0.5, 0.5), "motor": ap.Motor(speed=2, max_force=70), "friction": 1})
+    assert (pivot.limits, pivot.motor_speed, pivot.motor_max_force, pivot.friction) == ((-0.5, 0.5), 2, 70, 1)
+    session.joint_wanted = pivot.id
+    session.step(100)
+    state = session.frame().joints.selected
+    assert state.coordinates["angle"][0] == pivot.angle
+    assert abs(pivot.angle) < 0.52
+    assert np.array_equal(state.force, pivot.reaction_force)
+    assert np.sqrt((state.force**2).sum()) > 1
+    assert state.ends == ("the world", "cone")
+    session.remove_joint(pivot.id)
+    assert [type(joint.settings).__name__ for joint in session.world.joints] == ["Distance"]
+    assert session.frame().joints.selected is None
+    with pytest.raises(InvalidArgumentError, match="no longer there"):
+        session.edit_joint(pivot.id, {"friction": 2})
+    session.step_back()
+    assert session.world.joints["pivot"].limits == (-0.5, 0.5)
+    assert len(lines(session).axes) == 1
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"friction": 3, "limits": (1, -1)}, "limits must be"),
+        ({"enabled": 1, "friction": 3}, "enabled must be"),
+        ({"enabled": False, "friction": -1}, "friction must be"),
+        ({"cone": 1.0}, "no cone"),
+        ({"breaking_force": math.nan}, "breaking_force must be"),
+    ],
+)
+def test_refused_edits_change_nothing(changes, reason):
+    session = door()
+    pivot, before = session.world.joints["pivot"], session.world.state_hash()
+    settings = pivot.settings
+    with pytest.raises(InvalidArgumentError, match=reason):
+        session.edit_joint(pivot.id, changes)
+    assert session.world.state_hash() == before
+    assert pivot.settings == settings
+    assert pivot.enabled
+
+
+def test_saving_keeps_joints(tmp_path):
+    session = door(limits=(-1, 1))
+    session.save(tmp_path / "door.toml")
+    world = ap.load_scene(tmp_path / "door.toml").build()
+    assert [joint.name for joint in world.joints] == ["pivot", None]
+    assert world.joints["pivot"].limits == (-1, 1)
+
+
+def test_the_tab_lists_edits_and_removes(browser):
+    page_tests = pytest.importorskip("tests.viewer.test_page")
+    until, tab = page_tests.until, browser.new_page()
+    page = page_tests.Driver(door(motor=ap.Motor(speed=1, max_force=5)), tab)
+    try:
+        page.tab_of("Joints")
+        page.sees("2 joints, 2 act")
+        page.choose("Selected joint", "0: Hinge 'pivot', the world to cone")
+        page.sees("anchors apart")
+        until(lambda: page.viewer.stage._lines["joint selected"][1].visible)
+        page.button("Edit joint…")
+        page.fill("Motor max force", -5)
+        page.fill("Limits", "1 and 2")
+        page.button("Apply")
+        dialog = tab.get_by_role("dialog")
+        dialog.get_by_text("limits must be two numbers").wait_for()
+        page.fill("Limits", "-1 0.5")
+        page.button("Apply")
+        dialog.get_by_text("max_force must be").wait_for()
+        assert page.ask(lambda session: session.world.joints["pivot"].motor_max_force) == 5
+        page.fill("Motor max force", 40)
+        page.button("Apply")
+        dialog.wait_for(state="detached")
+        pivot = page.ask(lambda session: session.world.joints["pivot"].settings)
+        assert (pivot.limits, pivot.motor.max_force, pivot.motor.speed) == ((-1, 0.5), 40, 1)
+        assert tab.evaluate("""() => { let there = 0, tested = 0;
+            window.__viserMutable.nodeRefFromName['/overlays/joint arms'].traverse(one => {
+              if (one.material) { there += 1; tested += one.material.depthTest; }});
+            return [there > 0, tested]; }""") == [True, 0]
+        page.tab_of("Show")
+        page.field("Joints").uncheck()
+        until(lambda: not page.viewer.stage._lines["joint arms"][1].visible)
+        page.tab_of("Joints")
+        page.button("Remove joint")
+        until(lambda: page.ask(lambda session: len(session.world.joints)) == 1)
+        page.sees("1 joints, 1 act")
+    finally:
+        page.viewer.close()
+        tab.close()
