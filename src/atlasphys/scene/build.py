@@ -105,9 +105,7 @@ def describe_world(world: World) -> dict[str, Any]:
     return {
         "gravity": world.gravity.tolist(),
         "solver": world.solver,
-        "solver_settings": {
-            name: value for name, value in dataclasses.asdict(world.solver_settings).items() if value is not None
-        },
+        "solver_settings": dataclasses.asdict(world.solver_settings),
         "narrowphase": world.narrowphase,
         "broadphase": world.broadphase,
         "precision": world.precision,

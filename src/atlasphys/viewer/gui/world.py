@@ -17,14 +17,8 @@ if TYPE_CHECKING:
 STRONGEST = 100.0
 """End of the gravity slider [m/s²]."""
 
-AUTOMATIC = "automatic"
-"""What stands in the field of a setting that is None."""
-
 CHOICES = {"position_correction": ("projection", "baumgarte")}
 """Settings of solvers that are one of some names."""
-
-OPTIONAL = ("contact_frequency",)
-"""Settings of solvers that are a number or None."""
 
 
 class WorldSettings:
@@ -101,11 +95,8 @@ class WorldSettings:
         if before.get("solver") != settings["solver"] or self._folder is None:
             self._build_solver(settings["solver"], settings["solver_settings"])
         for name, handle in self._solver_fields.items():
-            value = settings["solver_settings"][name]
-            if name in OPTIONAL:
-                value = _text(value)
-            if handle.value != value:
-                handle.value = value
+            if handle.value != settings["solver_settings"][name]:
+                handle.value = settings["solver_settings"][name]
 
     def _show_gravity(self, gravity: Any) -> None:
         strength = float(np.sqrt((gravity**2).sum()))
@@ -128,8 +119,6 @@ class WorldSettings:
 
     def _field(self, name: str, value: Any) -> Any:
         label = name.replace("_", " ").capitalize()
-        if name in OPTIONAL:
-            return self._gui.add_text(label, _text(value), hint=f"A number, or {AUTOMATIC}")
         if isinstance(value, bool):
             return self._gui.add_checkbox(label, value)
         if isinstance(value, str):
@@ -142,29 +131,10 @@ class WorldSettings:
     def _set_solver(self, event: Any, name: str) -> None:
         if event.client is not None:
             value = event.target.value
-            if name in OPTIONAL:
-                value = _number(value)
-            else:
-                value = type(self._shown.get("solver_settings", {}).get(name, value))(value)
+            value = type(self._shown.get("solver_settings", {}).get(name, value))(value)
             self._page.do(lambda session: session.configure_solver(**{name: value}), event.client).add_done_callback(
                 self._again
             )
-
-
-def _text(value: float | None) -> str:
-    """A setting that may be None, as it is shown."""
-    return AUTOMATIC if value is None else f"{value:g}"
-
-
-def _number(text: str) -> float | str | None:
-    """What a text says; the world refuses what is no number."""
-    text = text.strip().lower()
-    if text in ("", AUTOMATIC):
-        return None
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def _unit(vector: Any) -> Any:
