@@ -85,6 +85,8 @@ def test_csv(tmp_path):
         "deepest_penetration": "0.002",
         "bodies": "4",
         "seconds": "10.0",
+        "stretch": "",
+        "energy_error": "",
         "fault": "",
     }
 
