@@ -31,5 +31,5 @@ SOLVERS: dict[str, Solver] = {
     "soft_step": Solver(SoftStep, None, shares=True, joints=True),
     "sequential_impulse": Solver(SequentialImpulse, sequential_impulse.advance, joints=True),
     "xpbd": Solver(XPBD, None),
-    "avbd": Solver(AVBD, avbd.advance),
+    "avbd": Solver(AVBD, avbd.advance, joints=True),
 }

@@ -16,13 +16,31 @@ penalties [kg].
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.joints.addresses import tables_address
+from atlasphys.engine.joints.evaluate import JACOBIANS, ROW_FIELDS, evaluate_address
+from atlasphys.engine.joints.layout import lay_out, no_visit, set_numbers
 from atlasphys.engine.math import mat, quat, vec
 from atlasphys.engine.math.ldlt import solve_6x6
 from atlasphys.engine.shapes.arguments import invalid, number
+from atlasphys.engine.simd import LANES
+from atlasphys.engine.simd.address import address_call, call_address
+from atlasphys.engine.solvers.avbd_joints import (
+    aim_parts,
+    bind_to_world,
+    joint_push,
+    joint_system,
+    list_links,
+    list_parts,
+    place_ends,
+    prepare_parts,
+    report_parts,
+    update_parts,
+)
 from atlasphys.engine.solvers.common import (
     load_anchors,
     load_inverse_mass,
@@ -44,7 +62,9 @@ from atlasphys.engine.solvers.sequential_impulse import (
     set_targets,
 )
 from atlasphys.engine.solvers.sweep_trace import MOST_TRACED, note_multipliers, sweeps
+from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.bodies import DYNAMIC
+from atlasphys.engine.state.joint_work import FIRST, KEEP_RESULTS, PREPARE, STOP, TYPE
 from atlasphys.engine.state.manifolds import (
     DEPTH,
     FRICTION,
@@ -89,6 +109,9 @@ class AVBD:
     least_penalty: float = 5.0
     smoothing: float = 0.25
     tolerance: float = 3e-5
+    joint_alpha: float = 0.5
+    joint_push_out_speed: float = 4.0
+    joint_tolerance: float = 1e-5
 
     def __post_init__(self) -> None:
         if type(self.iterations) is not int or not 1 <= self.iterations <= MOST_ITERATIONS:
@@ -100,6 +123,9 @@ class AVBD:
             ("least_penalty", 1e-3, 1e3),
             ("smoothing", 0.0, 1.0),
             ("tolerance", 0.0, 1.0),
+            ("joint_alpha", 0.0, 1.0),
+            ("joint_push_out_speed", 0.0, 1e6),
+            ("joint_tolerance", 0.0, 1.0),
         ):
             if not least <= number(name, getattr(self, name)) <= most:
                 raise invalid(name, f"a number from {least:g} to {most:g}", getattr(self, name))
@@ -181,7 +207,9 @@ def list_contacts(body_count, pairs, count, first, entries):
 
 
 @routine
-def guess(bodies, body_count, manifolds, first, entries, gravity, h, inertial, inertia):
+def guess(
+    bodies, body_count, manifolds, first, entries, joints, kinds, rows, joint_first, joint_entries, gravity, h, inertial, inertia
+):  # fmt: skip
     """The velocities towards y, to ``inertial``; the tensors of inertia; and the velocities at which the sweeps begin, to ``motion``.
 
     Adaptive initial guess (Chen et al. 2024, 3.7): a body is given the share of gravity that it followed in the last step, from 0 to 1. What
@@ -201,7 +229,7 @@ def guess(bodies, body_count, manifolds, first, entries, gravity, h, inertial, i
                 inertia[i, k] = tensor[k]
             weight = h * strength * bodies.response[i, 0] * mass[i, 0]
             if weight != 0:
-                held = zero
+                held = -vec.dot(joint_push(i, joints, kinds, rows, joint_first, joint_entries), gravity)
                 for e in range(first[i], first[i + 1]):
                     row, is_b = entries[e] >> 1, entries[e] & 1
                     push = (zero, zero, zero)
@@ -246,7 +274,10 @@ def patch_moment(contact, i, n, spin, penalty, load):
 
 
 @routine
-def descend(i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, first, entries, length_unit):
+def descend(
+    i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, first, entries,
+    joints, kinds, rows, joint_first, joint_entries, h, joint_alpha, joint_most, length_unit,
+):  # fmt: skip
     """Solve body i's own system H Δv = f and move it. Returns the greatest change of speed, that of points a length unit away included.
 
     H = M + Σ k Jᵀ J over its contact points, where J is the 3×6 matrix of the point's velocity, [1, −r×]. With k alike in all directions
@@ -333,6 +364,11 @@ def descend(i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, f
             ),
             trace,
         )
+    if joint_first[i] < joint_first[i + 1]:
+        force, torque, straight, mixed, turning = joint_system(
+            i, motion, joints, kinds, rows, joint_first, joint_entries, h, joint_alpha, joint_most,
+            (force, torque, straight, mixed, turning),
+        )  # fmt: skip
     if bodies.locks[i]:
         straight, mixed, turning, force, torque = lock(bodies.locks[i], straight, mixed, turning, force, torque)
     dv, dw = solve_6x6(straight, mixed, turning, force, torque)
@@ -423,19 +459,35 @@ def solve(
     bodies, body_count, colliders, manifolds, count, pairs, points, stiffness, first, entries, inertial, inertia, parent, free, sums,
     gravity, h, ratio, iterations, bias, beta, gamma, least_penalty, smoothing, fall, least_change, length_unit,
     threshold, finest, tolerances, motions, impulses,
+    joints, kinds, rows, joint_first, joint_entries, tables_code, rows_code, joint_alpha, joint_most, joint_tolerance,
 ):  # fmt: skip
     """One step of length h for all bodies. Returns the number of sweeps; ``motions`` and ``impulses`` take notes of them as far as they have room."""
+    real = type(h)
     motion = bodies.motion
     for i in range(count):
         pairs[i, 0], pairs[i, 1] = colliders.body[manifolds.a[i]], colliders.body[manifolds.b[i]]
     list_contacts(body_count, pairs, count, first, entries)
-    list_free_islands(bodies, body_count, pairs, count, parent, free)
+    inverse_mass = bodies.inverse_mass
+    tables = address_call(no_visit, (motion, bodies.geometry, inverse_mass, bodies.center, joints))[1]
+    parts = address_call(no_visit, (motion, bodies.geometry, inverse_mass, joints, kinds, rows))[1]
+    if len(kinds) > 0:
+        call_address(tables_code, tables, PREPARE, 0, len(kinds))
+        place_ends(bodies, body_count, h - h)
+        call_address(rows_code, parts, JACOBIANS, 0, len(kinds))
+        prepare_parts(joints, kinds, rows, gamma, least_penalty, real(MOST_PENALTY))
+    list_parts(body_count, joints, joint_first, joint_entries)
+    list_free_islands(bodies, body_count, pairs, list_links(joints, pairs, count), parent, free)
+    bind_to_world(joints, kinds, parent, free)
     prepare(motion, bodies.inverse_mass, pairs, manifolds, count, points, stiffness, ratio, gamma, least_penalty)
     integrate_velocities(bodies, body_count, gravity, h)
     set_targets(
         motion, pairs, manifolds, count, points, h, bias, tolerances.slop, tolerances.max_correction, threshold, finest
     )
-    guess(bodies, body_count, manifolds, first, entries, gravity, h, inertial, inertia)
+    guess(
+        bodies, body_count, manifolds, first, entries, joints, kinds, rows, joint_first, joint_entries, gravity, h, inertial, inertia
+    )  # fmt: skip
+    if len(kinds) > 0:
+        aim_parts(bodies, body_count, joints, kinds, rows, rows_code, parts, h)
     most_mass = h - h
     for i in range(body_count):
         if bodies.kind[i] == DYNAMIC:
@@ -449,14 +501,22 @@ def solve(
             2 * body_count
         ):  # forth and back: in one direction only, stiff contacts make the multipliers diverge
             i = j if j < body_count else 2 * body_count - 1 - j
-            if bodies.kind[i] == DYNAMIC and first[i] < first[i + 1]:
+            if bodies.kind[i] == DYNAMIC and (first[i] < first[i + 1] or joint_first[i] < joint_first[i + 1]):
                 moved = descend(
-                    i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, first, entries, length_unit
-                )
+                    i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, first, entries,
+                    joints, kinds, rows, joint_first, joint_entries, h, joint_alpha, joint_most, length_unit,
+                )  # fmt: skip
                 change = max(change, moved)
         error = update_multipliers(
             motion, pairs, manifolds, count, points, stiffness, beta if s < iterations else h - h, fall, most_mass
         )
+        if len(kinds) > 0:
+            aim_parts(bodies, body_count, joints, kinds, rows, rows_code, parts, h)
+            off = update_parts(
+                motion, joints, kinds, rows, h, joint_alpha, joint_most, beta if s < iterations else h - h,
+                real(FASTEST_RISE), real(MOST_PENALTY), fall, length_unit,
+            )  # fmt: skip
+            error = max(error, off * h / joint_tolerance)
         made = s + 1
         if made < len(motions):
             note_multipliers(motions, impulses, made, motion, body_count, manifolds, count)
@@ -464,9 +524,28 @@ def solve(
             break
     keep_momenta(bodies, body_count, inertial, inertia, parent, free, sums)
     report(manifolds, count, points, smoothing)
+    if len(kinds) > 0:
+        report_parts(motion, joints, kinds, rows, h)
+        call_address(tables_code, tables, KEEP_RESULTS, 0, len(kinds))
     integrate_positions(bodies, body_count, h)
     place_origins(bodies, body_count)
     return made
+
+
+def ready_joints(state: State, h: float, ratio: float) -> tuple[Any, ...]:
+    """What ``solve`` is to know of joints: their working memory, the type of each block, the table of rows, and two addresses of code."""
+    table, bodies = state.joints, state.bodies
+    if table.layout is None:
+        table.layout = lay_out(state, np.ones(max(state.count, 1), np.uint8))
+    layout = table.layout
+    kinds = np.repeat(layout.phases[:, TYPE], layout.phases[:, STOP] - layout.phases[:, FIRST])
+    rows = aligned_zeros((len(kinds), ROW_FIELDS, LANES), state.real)
+    if len(kinds) == 0:
+        return layout.work, kinds, rows, (0, 0)
+    set_numbers(state, layout, h, ratio, (0.0, 1.0), 0.0)
+    given = (bodies.motion, bodies.geometry, bodies.inverse_mass)
+    codes = tables_address((*given, bodies.center, layout.work)), evaluate_address((*given, layout.work, kinds, rows))
+    return layout.work, kinds, rows, codes
 
 
 def advance(state: State, settings: AVBD, h: float) -> None:
@@ -478,9 +557,12 @@ def advance(state: State, settings: AVBD, h: float) -> None:
     noted = 0 if state.trace is None else min(BOUNCE_SWEEPS * settings.iterations, MOST_TRACED) + 1
     motions = np.empty((noted, state.count, 6), state.real)
     impulses = np.empty((noted, 4 * contacts, 3), state.real)
+    ratio = real(min(h / state.last_h, MOST_GROWTH) if state.last_h > 0 else 0.0)
+    joints, kinds, rows, codes = ready_joints(state, h, float(ratio))
+    parts = LANES * len(kinds)
     made = solve(
         state.bodies, state.count, state.colliders, state.next_manifolds, state.next_count,
-        np.empty((contacts, 2), np.int32),
+        np.empty((contacts + parts, 2), np.int32),
         points,
         np.empty(contacts, state.real),
         np.empty(bodies + 2, np.int32),
@@ -492,7 +574,7 @@ def advance(state: State, settings: AVBD, h: float) -> None:
         np.empty((bodies, SUM_COLUMNS), state.real),
         tuple(real(g) for g in environment.gravity),
         real(h),
-        real(min(h / state.last_h, MOST_GROWTH) if state.last_h > 0 else 0.0),
+        ratio,
         settings.iterations,
         real((1 - settings.alpha) / h),
         real(settings.beta),
@@ -507,6 +589,13 @@ def advance(state: State, settings: AVBD, h: float) -> None:
         state.tolerances,
         motions,
         impulses,
+        joints, kinds, rows,
+        np.empty(bodies + 2, np.int32),
+        np.empty(2 * parts, np.int32),
+        *codes,
+        real(settings.joint_alpha),
+        real(settings.joint_push_out_speed * environment.length_unit * h),
+        real(settings.joint_tolerance * environment.length_unit),
     )  # fmt: skip
     if state.trace is not None:
         noted = min(made + 1, noted)
