@@ -31,7 +31,7 @@ PUSH_A, TURN_A, PUSH_B, TURN_B = 0, 3, 6, 9  # of the first row; the next two fo
 ROW_STRIDE = 12
 COORDINATE = 36  # 36–38 C
 EFFECTIVE = 39  # 39–41 effective mass along each row by itself, 1 / K_rr
-ROW_FIELDS = 48
+ROW_FIELDS = 96
 """The solver may use the fields from 42 on."""
 
 JACOBIANS, COORDINATES = range(2)

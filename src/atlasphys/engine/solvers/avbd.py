@@ -470,11 +470,12 @@ def solve(
     inverse_mass = bodies.inverse_mass
     tables = address_call(no_visit, (motion, bodies.geometry, inverse_mass, bodies.center, joints))[1]
     parts = address_call(no_visit, (motion, bodies.geometry, inverse_mass, joints, kinds, rows))[1]
+    mode = JACOBIANS
     if len(kinds) > 0:
         call_address(tables_code, tables, PREPARE, 0, len(kinds))
         place_ends(bodies, body_count, h - h)
         call_address(rows_code, parts, JACOBIANS, 0, len(kinds))
-        prepare_parts(joints, kinds, rows, gamma, least_penalty, real(MOST_PENALTY))
+        mode = prepare_parts(joints, kinds, rows, h, gamma, least_penalty, real(MOST_PENALTY))
     list_parts(body_count, joints, joint_first, joint_entries)
     list_free_islands(bodies, body_count, pairs, list_links(joints, pairs, count), parent, free)
     bind_to_world(joints, kinds, parent, free)
@@ -487,7 +488,7 @@ def solve(
         bodies, body_count, manifolds, first, entries, joints, kinds, rows, joint_first, joint_entries, gravity, h, inertial, inertia
     )  # fmt: skip
     if len(kinds) > 0:
-        aim_parts(bodies, body_count, joints, kinds, rows, rows_code, parts, h)
+        aim_parts(bodies, body_count, joints, kinds, rows, rows_code, parts, mode, h)
     most_mass = h - h
     for i in range(body_count):
         if bodies.kind[i] == DYNAMIC:
@@ -511,7 +512,7 @@ def solve(
             motion, pairs, manifolds, count, points, stiffness, beta if s < iterations else h - h, fall, most_mass
         )
         if len(kinds) > 0:
-            aim_parts(bodies, body_count, joints, kinds, rows, rows_code, parts, h)
+            aim_parts(bodies, body_count, joints, kinds, rows, rows_code, parts, mode, h)
             off = update_parts(
                 motion, joints, kinds, rows, h, joint_alpha, joint_most, beta if s < iterations else h - h,
                 real(FASTEST_RISE), real(MOST_PENALTY), fall, length_unit,

@@ -7,7 +7,16 @@ how fast it is to be led back, or how far it is off at the step's end, over h:
 
 C is taken at the poses in which the step would end, not from J, so that a link that turns within the step does not grow longer; and forces act along
 Jᵀ at its beginning. Where the sweeps converge this is the scheme SHAKE (J.-P. Ryckaert, G. Ciccotti, H. J. C. Berendsen, J. Comput. Phys. 23, 1977),
-a leapfrog step with constraints, so that a pendulum does not lose energy as in implicit Euler. Between two sweeps C is taken to be linear:
+a leapfrog step with constraints, so that a pendulum does not lose energy as in implicit Euler.
+
+Leapfrog is unstable where a light body under load swings faster than steps resolve: an oscillation of angular frequency ω with κ = h² ω² > 4. So J is
+a mean of those at the step's beginning and end, with the weight θ = max(0, ½ − ½ / κ) of the end. The characteristic equation of ẍ = −ω² x then,
+
+    (1 + θ κ) z² − (2 − (1 − θ) κ) z + 1 = 0,
+
+has no root beyond the unit circle for θ ≥ ½ − 2 / κ. It damps by 1 / (1 + θ κ) a step, only what is that fast. κ is found from last step's load.
+
+Between two sweeps C is taken to be linear:
 C(x⁻ + h v) / h = J v + bias, and after each the bias is set so that this is exact at the present v.
 
 Springs are the exact ones of ``joints/elastic.py``, whose impulse is linear in v: λ = −(q v + p v₀ + β C₀) / (K (1 − q)) is a force with the stiffness
@@ -19,7 +28,7 @@ Source of the augmented Lagrangian scheme: C. Giles, E. Diaz, C. Yuksel, "Augmen
 import math
 
 from atlasphys.engine.jit import routine
-from atlasphys.engine.joints.evaluate import COORDINATE, COORDINATES, EFFECTIVE, ROW_STRIDE, TURN_A, TURN_B
+from atlasphys.engine.joints.evaluate import COORDINATE, COORDINATES, EFFECTIVE, JACOBIANS, ROW_STRIDE, TURN_A, TURN_B
 from atlasphys.engine.joints.visit import FULL_TURN
 from atlasphys.engine.math import mat, quat, vec
 from atlasphys.engine.simd import LANES
@@ -46,6 +55,7 @@ from atlasphys.engine.state.joints import (
     CONE,
     COUPLING,
     CROSS,
+    DISTANCE,
     FIRST_BLOCK_TYPE,
     FRICTION,
     FRICTION_FORCE,
@@ -71,6 +81,9 @@ from atlasphys.engine.state.pose import ROTATION_LOCKS
 # Fields of a block in the table of rows, after those of joints/evaluate.py
 START = 42  # 42–44 C as the step began
 BIAS = 45  # 45–47 C at the step's end, over h, is J v + bias
+FIRST_ROWS = 48  # 48–83 J as the step began
+END_SHARE = 84  # θ
+FIRST_MASS = 85  # 85–87 effective masses as the step began
 
 PENALTY = 7
 """Column of ``Parts.impulse`` that keeps the penalty from step to step."""
@@ -150,6 +163,12 @@ def place_ends(bodies, body_count, h):
             orientation = quat.unit(quat.mul(quat.cayley(turn), orientation))
         for k in range(4):
             bodies.geometry[i, 12 + k] = real(orientation[k])
+
+
+@routine
+def is_turning(kind):
+    """Whether the coordinate of a part is an angle."""
+    return kind == ROTATION or kind == CONE or kind == CROSS or kind == AXIS or kind == LOCK
 
 
 @routine
@@ -373,32 +392,69 @@ def impulse_along(kind, block, lane, joints, r):
 
 
 @routine
-def prepare_parts(joints, kinds, rows, gamma, least_penalty, most_penalty):
-    """Note the coordinates of the step's beginning, and let penalties decay."""
+def end_share(kind, block, lane, joints, rows, h):
+    """θ: by how much J is to be that of the step's end.
+
+    Under a load f, a body that turns by φ on a lever ℓ is driven back by f ℓ φ: κ = h² f / (ℓ m), with m the effective mass at its end."""
+    real = type(h)
+    squared = longest = loosest = h - h
+    for r in range(row_count(kind)):
+        impulse = impulse_along(kind, block, lane, joints, r)
+        squared += impulse * impulse
+        mass = rows[block, EFFECTIVE + r, lane]
+        if mass > 0:
+            loosest = max(loosest, real(1) / mass)
+        for column in (TURN_A, TURN_B):
+            longest = max(longest, vec.length_squared(side_of(rows, block, lane, r, column)))
+    lever = real(1) if is_turning(kind) else math.sqrt(longest)
+    if kind == DISTANCE and lever == 0:
+        lever = rows[block, COORDINATE, lane]
+    stiff = h * math.sqrt(squared) * loosest
+    return real(0.5) - real(0.5) * lever / stiff if stiff > lever else h - h
+
+
+@routine
+def prepare_parts(joints, kinds, rows, h, gamma, least_penalty, most_penalty):
+    """Note coordinates and Jacobians of the step's beginning, and let penalties decay. Returns what ``aim_parts`` has to find anew."""
+    mode = COORDINATES
     for e in range(LANES * len(kinds)):
         block, lane = e // LANES, e % LANES
         if joints.integers[block, LIVE, lane]:
             mass = gamma - gamma
             for r in range(row_count(kinds[block])):
                 rows[block, START + r, lane] = rows[block, COORDINATE + r, lane]
+                rows[block, FIRST_MASS + r, lane] = rows[block, EFFECTIVE + r, lane]
                 mass = max(mass, rows[block, EFFECTIVE + r, lane])
+                for k in range(ROW_STRIDE * r, ROW_STRIDE * (r + 1)):
+                    rows[block, FIRST_ROWS + k, lane] = rows[block, k, lane]
+            share = end_share(kinds[block], block, lane, joints, rows, h)
+            rows[block, END_SHARE, lane] = share
+            if share > 0:
+                mode = JACOBIANS
             part = joints.integers[block, PART, lane]
             penalty = max(gamma * joints.impulse[part, PENALTY], least_penalty * mass)
             joints.impulse[part, PENALTY] = min(penalty, most_penalty * mass)
+    return mode
 
 
 @routine
-def aim_parts(bodies, body_count, joints, kinds, rows, code, data, h):
+def aim_parts(bodies, body_count, joints, kinds, rows, code, data, mode, h):
     """Bring the coordinates at the step's end up to date: J v + bias is C / h at the present velocities."""
     motion = bodies.motion
     place_ends(bodies, body_count, h)
-    call_address(code, data, COORDINATES, 0, len(kinds))
+    call_address(code, data, mode, 0, len(kinds))
     for e in range(LANES * len(kinds)):
         block, lane = e // LANES, e % LANES
         if joints.integers[block, LIVE, lane]:
             v_a, w_a = end_velocity(motion, joints, block, lane, 0)
             v_b, w_b = end_velocity(motion, joints, block, lane, 1)
             for r in range(row_count(kinds[block])):
+                if mode == JACOBIANS:
+                    share = rows[block, END_SHARE, lane]
+                    for k in range(ROW_STRIDE * r, ROW_STRIDE * (r + 1)):
+                        begun = rows[block, FIRST_ROWS + k, lane]
+                        rows[block, k, lane] = begun + share * (rows[block, k, lane] - begun)
+                    rows[block, EFFECTIVE + r, lane] = rows[block, FIRST_MASS + r, lane]
                 if kinds[block] == COUPLING:  # its coordinate is the sum of what it slips
                     rows[block, BIAS, lane] = rows[block, START, lane] / h
                 else:
@@ -416,7 +472,7 @@ def update_parts(motion, joints, kinds, rows, h, alpha, most, beta, rise, most_p
         if joints.integers[block, LIVE, lane]:
             kind, part = kinds[block], joints.integers[block, PART, lane]
             impulses, _, off = part_force(kind, block, lane, motion, joints, rows, h, alpha, most, True)
-            turns = kind == ROTATION or kind == CONE or kind == CROSS or kind == AXIS or kind == LOCK
+            turns = is_turning(kind)
             error = max(error, off * length_unit if turns else off)
             if off > 0:
                 load = math.sqrt(vec.length_squared(impulses)) / (fall / length_unit if turns else fall)
@@ -437,7 +493,7 @@ def report_parts(motion, joints, kinds, rows, h):
         block, lane = e // LANES, e % LANES
         if joints.integers[block, LIVE, lane]:
             kind = kinds[block]
-            turns = kind == ROTATION or kind == CONE or kind == CROSS or kind == AXIS or kind == LOCK or kind == COUPLING
+            turns = is_turning(kind) or kind == COUPLING
             for r in range(row_count(kind)):
                 impulse = impulse_along(kind, block, lane, joints, r)
                 push, turn = side_of(rows, block, lane, r, 6), side_of(rows, block, lane, r, TURN_B)
