@@ -10,7 +10,7 @@ from scipy.special import ellipk
 
 import atlasphys as ap
 
-SOLVERS = ("soft_step", "sequential_impulse")
+SOLVERS = ("soft_step", "sequential_impulse", "xpbd", "avbd")
 GRAVITY = 9.81
 
 

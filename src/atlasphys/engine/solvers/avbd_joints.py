@@ -89,6 +89,10 @@ PENALTY = 7
 """Column of ``Parts.impulse`` that keeps the penalty from step to step."""
 
 
+RESOLVED = 0.05
+"""κ up to which Jacobians are those of the step's beginning alone."""
+
+
 @routine
 def list_parts(body_count, joints, first, entries):
     """List each body's parts: body i has the entries ``first[i]`` to ``first[i + 1]``, twice 8 block + lane, plus 1 where it is b."""
@@ -409,8 +413,11 @@ def end_share(kind, block, lane, joints, rows, h):
     lever = real(1) if is_turning(kind) else math.sqrt(longest)
     if kind == DISTANCE and lever == 0:
         lever = rows[block, COORDINATE, lane]
+    if lever == 0:
+        return h - h
     stiff = h * math.sqrt(squared) * loosest
-    return real(0.5) - real(0.5) * lever / stiff if stiff > lever else h - h
+    stiff /= lever
+    return real(0.5) - real(0.5 * RESOLVED) / stiff if stiff > real(RESOLVED) else h - h
 
 
 @routine
