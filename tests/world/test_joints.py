@@ -31,10 +31,13 @@ def bodies(world, count=2, mass=1.0):
 # Closed forms ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("kind", ["hinge", "ball", "rod"])
-def test_a_pendulum_has_its_period(kind):
+@pytest.mark.parametrize(
+    ("kind", "solver"),
+    [("hinge", "soft_step"), ("ball", "soft_step"), ("rod", "soft_step"), ("hinge", "xpbd"), ("hinge", "avbd"), ("rod", "avbd")],
+)
+def test_a_pendulum_has_its_period(kind, solver):
     """T = 4 √(I / (m g d)) K(sin²(θ₀/2)), of a rod of 1 m that swings through 1 rad."""
-    world = ap.World(precision="double", sleeping=False)
+    world = ap.World(solver=solver, precision="double", sleeping=False)
     start = 1.0
     where = (0.5 * math.sin(start), -0.5 * math.cos(start), 0)
     turned = (math.cos(start / 2), 0, 0, math.sin(start / 2))
@@ -47,7 +50,7 @@ def test_a_pendulum_has_its_period(kind):
     elif kind == "ball":
         world.join(ap.Ball(None, body, anchor=(0, 0, 0)))
     else:
-        world = ap.World(precision="double", sleeping=False)
+        world = ap.World(solver=solver, precision="double", sleeping=False)
         body = world.add(ap.Sphere(radius=0.1), position=where, mass=2)
         world.join(ap.Distance(None, body))
         inertia = 2 * 0.25
@@ -272,6 +275,7 @@ def test_a_step_that_fails_leaves_the_joints_as_they_were(solver):
     world.gravity = (0, -1e9, 0)
     for body in world.bodies:
         body.gravity_scale = 1e6
+    world.bodies.velocity[5] = (1e30, 1e30, 0)
     with pytest.raises(ap.DivergenceError):
         for _ in range(50):
             before = world.state_hash()
@@ -488,9 +492,11 @@ def test_names_of_joints_are_unique():
         world.join(ap.Ball(a, b), name="")
 
 
-@pytest.mark.parametrize("solver", ["xpbd", "avbd"])
-def test_solvers_without_joints_say_so(solver):
-    world = chain()
-    world.solver = solver
-    with pytest.raises(ap.InvalidArgumentError, match="soft_step and sequential_impulse do"):
+@pytest.mark.parametrize("make", [lambda a, b: ap.Target(None, a), lambda a, b: ap.Fixed(a, b, spring=ap.Elastic(frequency=2))])
+def test_avbd_refuses_springs_on_vectors(make):
+    world = ap.World(solver="avbd")
+    joint = world.join(make(*bodies(world)))
+    with pytest.raises(ap.InvalidArgumentError, match="avbd offers no springs on points.*soft_step, sequential_impulse, xpbd do"):
         world.step(1 / 60)
+    joint.enabled = False
+    world.step(1 / 60)

@@ -32,6 +32,7 @@ from atlasphys.engine.simd.address import address_call, call_address
 from atlasphys.engine.solvers.avbd_joints import (
     aim_parts,
     bind_to_world,
+    forget_multipliers,
     joint_push,
     joint_system,
     list_links,
@@ -148,6 +149,9 @@ ROLLING_STIFFNESS = 10.0
 
 FINEST_JOINT = 2e-7
 """Least error of joints that is asked for, in length units: what single precision can tell."""
+
+GROSS = 1000.0
+"""Error of joints, in units of what is allowed, from which on more sweeps are not tried, and the multipliers that the step ends with are not kept."""
 
 BOUNCE_SWEEPS = 20
 """How many times the usual number of iterations may be made while bounces and joints are not solved for."""
@@ -497,7 +501,7 @@ def solve(
         bodies, body_count, manifolds, first, entries, joints, kinds, rows, joint_first, joint_entries, gravity, h, inertial, inertia
     )  # fmt: skip
     if len(kinds) > 0:
-        aim_parts(bodies, body_count, joints, kinds, rows, rows_code, parts, mode, h)
+        aim_parts(bodies, body_count, joints, kinds, rows, rows_code, parts, mode, h, joint_most / h)
     most_mass = h - h
     for i in range(body_count):
         if bodies.kind[i] == DYNAMIC:
@@ -505,6 +509,7 @@ def solve(
     if len(motions) > 0:
         note_multipliers(motions, impulses, 0, motion, body_count, manifolds, count)
     made = 0
+    off = h - h
     for s in range(BOUNCE_SWEEPS * iterations):
         change = h - h
         for j in range(
@@ -521,21 +526,25 @@ def solve(
             motion, pairs, manifolds, count, points, stiffness, beta if s < iterations else h - h, fall, most_mass
         )
         if len(kinds) > 0:
-            aim_parts(bodies, body_count, joints, kinds, rows, rows_code, parts, mode, h)
+            aim_parts(bodies, body_count, joints, kinds, rows, rows_code, parts, mode, h, joint_most / h)
             off = update_parts(
                 motion, joints, kinds, rows, h, joint_alpha, joint_most, beta if s < iterations else h - h,
-                real(FASTEST_RISE), real(MOST_PENALTY), fall, length_unit,
+                real(FASTEST_RISE), real(MOST_PENALTY), fall, most_mass, length_unit,
             )  # fmt: skip
             error = max(error, off * h / joint_tolerance)
         made = s + 1
         if made < len(motions):
             note_multipliers(motions, impulses, made, motion, body_count, manifolds, count)
+        if made >= iterations and off * h > real(GROSS) * joint_tolerance:
+            break
         if error <= 1 and (s + 1 >= iterations or change <= least_change):
             break
     keep_momenta(bodies, body_count, inertial, inertia, parent, free, sums)
     report(manifolds, count, points, smoothing)
     if len(kinds) > 0:
         report_parts(motion, joints, kinds, rows, h)
+        if off * h > real(GROSS) * joint_tolerance:
+            forget_multipliers(joints)
         call_address(tables_code, tables, KEEP_RESULTS, 0, len(kinds))
     integrate_positions(bodies, body_count, h)
     place_origins(bodies, body_count)

@@ -445,8 +445,9 @@ def prepare_parts(joints, kinds, rows, h, gamma, least_penalty, most_penalty):
 
 
 @routine
-def aim_parts(bodies, body_count, joints, kinds, rows, code, data, mode, h):
-    """Bring the coordinates at the step's end up to date: J v + bias is C / h at the present velocities."""
+def aim_parts(bodies, body_count, joints, kinds, rows, code, data, mode, h, most):
+    """Bring the coordinates at the step's end up to date: J v + bias is C / h at the present velocities, but differs from J v + C(x⁻) / h by no more
+    than ``most``, in case a body turns so far in the step that J says nothing of where it ends."""
     motion = bodies.motion
     place_ends(bodies, body_count, h)
     call_address(code, data, mode, 0, len(kinds))
@@ -462,16 +463,17 @@ def aim_parts(bodies, body_count, joints, kinds, rows, code, data, mode, h):
                         begun = rows[block, FIRST_ROWS + k, lane]
                         rows[block, k, lane] = begun + share * (rows[block, k, lane] - begun)
                     rows[block, EFFECTIVE + r, lane] = rows[block, FIRST_MASS + r, lane]
-                if kinds[block] == COUPLING:  # its coordinate is the sum of what it slips
-                    rows[block, BIAS, lane] = rows[block, START, lane] / h
-                else:
+                bias = rows[block, START + r, lane] / h
+                if kinds[block] != COUPLING:  # whose coordinate is the sum of what it slips
                     rate = row_rate(rows, block, lane, r, v_a, w_a, v_b, w_b)
-                    rows[block, BIAS + r, lane] = rows[block, COORDINATE + r, lane] / h - rate
+                    bent = (rows[block, COORDINATE + r, lane] - rows[block, START + r, lane]) / h - rate
+                    bias += min(max(bent, -most), most)
+                rows[block, BIAS + r, lane] = bias
 
 
 @routine
-def update_parts(motion, joints, kinds, rows, h, alpha, most, beta, rise, most_penalty, fall, length_unit):
-    """λ ← f for all parts, and greater penalties where the load asks for them. Returns the greatest error of a part [speed], angles times the length
+def update_parts(motion, joints, kinds, rows, h, alpha, most, beta, rise, most_penalty, fall, most_mass, length_unit):
+    """λ ← f for all parts, and greater penalties where the load asks for them, as for contacts (``avbd.update_multipliers``). Returns the greatest error of a part [speed], angles times the length
     unit."""
     error = h - h
     for e in range(LANES * len(kinds)):
@@ -482,14 +484,24 @@ def update_parts(motion, joints, kinds, rows, h, alpha, most, beta, rise, most_p
             turns = is_turning(kind)
             error = max(error, off * length_unit if turns else off)
             if off > 0:
-                load = math.sqrt(vec.length_squared(impulses)) / (fall / length_unit if turns else fall)
+                unit = length_unit if turns else h / h
+                carried = min(math.sqrt(vec.length_squared(impulses)) * unit / fall, most_mass * unit * unit)
                 mass = h - h
                 for r in range(row_count(kind)):
                     mass = max(mass, rows[block, EFFECTIVE + r, lane])
                 penalty = joints.impulse[part, PENALTY]
-                wanted = min(beta * load, rise * penalty)
+                wanted = min(beta * carried, rise * penalty)
                 joints.impulse[part, PENALTY] = min(max(penalty, wanted), most_penalty * mass)
     return error
+
+
+@routine
+def forget_multipliers(joints):
+    """Begin the next step without multipliers. Where the constraints contradict each other they grow from sweep to sweep, and are no guess."""
+    for block in range(len(joints.blocks)):
+        for k in range(IMPULSES, SLIPPED):
+            for lane in range(LANES):
+                joints.blocks[block, k, lane] = 0
 
 
 @routine
