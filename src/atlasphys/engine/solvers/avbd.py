@@ -40,6 +40,7 @@ from atlasphys.engine.solvers.avbd_joints import (
     place_ends,
     prepare_parts,
     report_parts,
+    restrain,
     update_parts,
 )
 from atlasphys.engine.solvers.common import (
@@ -539,11 +540,14 @@ def solve(
             break
         if error <= 1 and (s + 1 >= iterations or change <= least_change):
             break
+    gross = off * h > real(GROSS) * joint_tolerance
+    if gross:
+        restrain(motion, inertial, body_count, joint_first, joint_most / h)
     keep_momenta(bodies, body_count, inertial, inertia, parent, free, sums)
     report(manifolds, count, points, smoothing)
     if len(kinds) > 0:
         report_parts(motion, joints, kinds, rows, h)
-        if off * h > real(GROSS) * joint_tolerance:
+        if gross:
             forget_multipliers(joints)
         call_address(tables_code, tables, KEEP_RESULTS, 0, len(kinds))
     integrate_positions(bodies, body_count, h)

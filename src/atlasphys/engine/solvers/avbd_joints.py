@@ -502,6 +502,22 @@ def forget_multipliers(joints):
         for k in range(IMPULSES, SLIPPED):
             for lane in range(LANES):
                 joints.blocks[block, k, lane] = 0
+        for lane in range(LANES):
+            if joints.integers[block, LIVE, lane]:
+                joints.impulse[joints.integers[block, PART, lane], PENALTY] = 0
+
+
+@routine
+def restrain(motion, inertial, body_count, first, fastest):
+    """Let no joined body's velocity be changed by more than ``fastest``, as joints do that contradict each other."""
+    for i in range(body_count):
+        if first[i] < first[i + 1]:
+            for k in (0, 3):
+                before = vec.load_columns(inertial, i, k)
+                change = vec.sub(vec.load_columns(motion, i, k), before)
+                size = math.sqrt(vec.length_squared(change))
+                if size > fastest:
+                    vec.store_columns(motion, i, k, vec.add_scaled(before, change, fastest / size))
 
 
 @routine
