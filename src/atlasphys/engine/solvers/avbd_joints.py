@@ -19,8 +19,8 @@ has no root beyond the unit circle for θ ≥ ½ − 2 / κ. It damps by 1 / (1 
 Between two sweeps C is taken to be linear:
 C(x⁻ + h v) / h = J v + bias, and after each the bias is set so that this is exact at the present v.
 
-Springs are the exact ones of ``joints/elastic.py``, whose impulse is linear in v: λ = −(q v + p v₀ + β C₀) / (K (1 − q)) is a force with the stiffness
-q / (K (1 − q)), and needs no multiplier. Motors and friction have multipliers with bounds, limits such as only push.
+Springs are the exact ones of ``joints/elastic.py``, whose impulse is linear in v: λ = −(q v + p v₀ + β C₀) / (K (1 − q)) is a force with the
+stiffness q / (K (1 − q)), and needs no multiplier. Motors and friction have multipliers with bounds, limits such as only push.
 
 Source of the augmented Lagrangian scheme: C. Giles, E. Diaz, C. Yuksel, "Augmented Vertex Block Descent", ACM Trans. Graph. 44 (4), 2025, section 3.
 """
@@ -172,7 +172,7 @@ def place_ends(bodies, body_count, h):
 @routine
 def is_turning(kind):
     """Whether the coordinate of a part is an angle."""
-    return kind == ROTATION or kind == CONE or kind == CROSS or kind == AXIS or kind == LOCK
+    return kind in (ROTATION, CONE, CROSS, AXIS, LOCK)
 
 
 @routine
@@ -180,7 +180,7 @@ def row_count(kind):
     """Number of rows of a part of a type."""
     if kind < FIRST_BLOCK_TYPE:
         return 1
-    return 2 if kind == AXIS or kind == LINE else 3
+    return 2 if kind in (AXIS, LINE) else 3
 
 
 @routine
@@ -249,7 +249,9 @@ def axial_force(kind, block, lane, joints, rows, penalty, rate, h, alpha, most, 
         error = coordinate - blocks[block, REST, lane]
         if kind == ROTATION:
             error = shorter_way(error)
-        constant = blocks[block, SPRING_BEFORE, lane] * blocks[block, BEFORE, lane] + blocks[block, SPRING_PULL, lane] * error
+        constant = (
+            blocks[block, SPRING_BEFORE, lane] * blocks[block, BEFORE, lane] + blocks[block, SPRING_PULL, lane] * error
+        )
         mass = rows[block, EFFECTIVE, lane] / (type(h)(1) - q)
         pull, share = bounded(-mass * (q * rate + constant), h * blocks[block, SPRING_FORCE, lane])
         total += pull
@@ -310,7 +312,7 @@ def block_force(kind, block, lane, joints, rows, penalty, rates, h, alpha, most,
         x = blocks[block, IMPULSES, lane] - penalty * rates[0]
         y = blocks[block, IMPULSES + 1, lane] - penalty * rates[1]
         z = blocks[block, IMPULSES + 2, lane] - penalty * rates[2] if n == 3 else zero
-        size, share = bounded(math.sqrt(x * x + y * y + z * z), h * blocks[block, SPRING_FORCE, lane])
+        _, share = bounded(math.sqrt(x * x + y * y + z * z), h * blocks[block, SPRING_FORCE, lane])
         x, y, z = x * share, y * share, z * share
         stiffness = penalty * share
     else:
@@ -380,7 +382,11 @@ def joint_push(i, joints, kinds, rows, first, entries):
         block, lane = part // LANES, part % LANES
         sign = 1 if is_b else -1
         for r in range(row_count(kinds[block])):
-            push = vec.add_scaled(push, side_of(rows, block, lane, r, 6 * is_b), sign * impulse_along(kinds[block], block, lane, joints, r))
+            push = vec.add_scaled(
+                push,
+                side_of(rows, block, lane, r, 6 * is_b),
+                sign * impulse_along(kinds[block], block, lane, joints, r),
+            )
     return push
 
 
@@ -473,8 +479,8 @@ def aim_parts(bodies, body_count, joints, kinds, rows, code, data, mode, h, most
 
 @routine
 def update_parts(motion, joints, kinds, rows, h, alpha, most, beta, rise, most_penalty, fall, most_mass, length_unit):
-    """λ ← f for all parts, and greater penalties where the load asks for them, as for contacts (``avbd.update_multipliers``). Returns the greatest error of a part [speed], angles times the length
-    unit."""
+    """λ ← f for all parts, and greater penalties where the load asks for them, as for contacts
+    (``avbd.update_multipliers``). Returns the greatest error of a part [speed], angles times the length unit."""
     error = h - h
     for e in range(LANES * len(kinds)):
         block, lane = e // LANES, e % LANES

@@ -69,8 +69,8 @@ class XPBD:
     Attributes:
         substeps: substeps a step; all errors shrink with their length. More: stiffer stacks, in proportion slower.
         compliance: give of a contact point under a force along its normal [m/N]. 0: rigid, as far as the substeps allow.
-        push_out_speed: greatest speed at which overlap is pushed out, and errors of joints are taken back [m/s], for a length unit of 1 m. The paper has no such limit.
-            Larger: bodies that were put into each other are thrown apart. Smaller: heavy bodies squeeze light ones out.
+        push_out_speed: greatest speed at which overlap is pushed out, and errors of joints are taken back [m/s], for a length unit of 1 m. The paper
+            has no such limit. Larger: bodies that were put into each other are thrown apart. Smaller: heavy bodies squeeze light ones out.
 
     Raises:
         InvalidArgumentError: a value is not of the right kind or out of range.
