@@ -480,15 +480,18 @@ def find_parts(state: State, values: Constants) -> None:
     space.takes_notes = state.trace is not None
 
 
-def ready_joints(state: State, settings: SoftStep, values: Constants) -> None:
+def ready_joints(state: State, settings: SoftStep | XPBD, values: Constants) -> None:
     """Numbers and code for the joints of a run."""
     space = state.workspace
     if len(space.joints.phases) == 0:
         return
     h, unit = float(values.h), state.environment.length_unit
-    frequency = min(settings.joint_frequency, MOST_JOINT_FREQUENCY / h)
-    soft = softness(frequency, settings.joint_damping, h)
-    set_numbers(state, space.joints, h, float(values.ratio), soft, settings.joint_push_out_speed * unit)
+    if isinstance(settings, XPBD):
+        soft, fastest = (1 / h, 1.0), settings.push_out_speed  # all of an error, in each substep
+    else:
+        frequency = min(settings.joint_frequency, MOST_JOINT_FREQUENCY / h)
+        soft, fastest = softness(frequency, settings.joint_damping, h), settings.joint_push_out_speed
+    set_numbers(state, space.joints, h, float(values.ratio), soft, fastest * unit)
     find_code(state, space.joints)
     space.work.calls[JOINTS : JOINTS + PART_TYPES] = space.joints.calls[:PART_TYPES]
     space.work.calls[JOINT_TABLES] = space.joints.calls[PART_TYPES]

@@ -513,6 +513,13 @@ class World:
             raise InvalidArgumentError(
                 f"{self._pipeline.solver} offers no joints, and the world has {joints.count}; {able} do"
             )
+        if not SOLVERS[self._pipeline.solver].soft_blocks and joints.soft_blocks.any():
+            row = int(np.flatnonzero(joints.soft_blocks)[0])
+            able = ", ".join(name for name, solver in SOLVERS.items() if solver.joints and solver.soft_blocks)
+            raise InvalidArgumentError(
+                f"{self._pipeline.solver} offers no springs on points and orientations (Target, spring of a Ball or Fixed), and {self.joints[row]!r} "
+                f"has one; {able} do"
+            )
         together = steps if is_fused(self._pipeline.solver) and not joints.breakable else 1
         for _ in range(steps // together if steps else 0):
             if is_fused(self._pipeline.solver):

@@ -13,7 +13,7 @@ from atlasphys.engine.team import member_of
 def take_part(arguments, locked, noted):
     """All of the response. ``locked`` and ``noted``: see ``solvers/xpbd.py``."""
     bodies, _, _, table_0, table_1, _, _, constants, work, sync, _, _ = arguments
-    respond(bodies, locked, constants, table_1 if work.status[PARITY] == 0 else table_0, work, noted)
+    respond(bodies, locked, constants, table_1 if work.status[PARITY] == 0 else table_0, work, sync, noted)
     settle_bodies(bodies, work, part_of(work.lanes, 0), member_of(sync, 0, 1))
 
 

@@ -25,11 +25,13 @@ class Solver(NamedTuple):
     """Whether it lets bodies sleep and shares its work among threads."""
     joints: bool = False
     """Whether it solves joints."""
+    soft_blocks: bool = True
+    """Whether it solves springs on vectors: soft welds, springs of ball joints, targets."""
 
 
 SOLVERS: dict[str, Solver] = {
     "soft_step": Solver(SoftStep, None, shares=True, joints=True),
     "sequential_impulse": Solver(SequentialImpulse, sequential_impulse.advance, joints=True),
-    "xpbd": Solver(XPBD, None),
-    "avbd": Solver(AVBD, avbd.advance),
+    "xpbd": Solver(XPBD, None, joints=True),
+    "avbd": Solver(AVBD, avbd.advance, joints=True, soft_blocks=False),
 }

@@ -16,13 +16,33 @@ penalties [kg].
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from atlasphys.engine.jit import kernel, routine
+from atlasphys.engine.joints.addresses import tables_address
+from atlasphys.engine.joints.evaluate import JACOBIANS, ROW_FIELDS, evaluate_address
+from atlasphys.engine.joints.layout import lay_out, no_visit, set_numbers
 from atlasphys.engine.math import mat, quat, vec
 from atlasphys.engine.math.ldlt import solve_6x6
 from atlasphys.engine.shapes.arguments import invalid, number
+from atlasphys.engine.simd import LANES
+from atlasphys.engine.simd.address import address_call, call_address
+from atlasphys.engine.solvers.avbd_joints import (
+    aim_parts,
+    bind_to_world,
+    forget_multipliers,
+    joint_push,
+    joint_system,
+    list_links,
+    list_parts,
+    place_ends,
+    prepare_parts,
+    report_parts,
+    restrain,
+    update_parts,
+)
 from atlasphys.engine.solvers.common import (
     load_anchors,
     load_inverse_mass,
@@ -44,7 +64,9 @@ from atlasphys.engine.solvers.sequential_impulse import (
     set_targets,
 )
 from atlasphys.engine.solvers.sweep_trace import MOST_TRACED, note_multipliers, sweeps
+from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.bodies import DYNAMIC
+from atlasphys.engine.state.joint_work import FIRST, KEEP_RESULTS, PREPARE, STOP, TYPE
 from atlasphys.engine.state.manifolds import (
     DEPTH,
     FRICTION,
@@ -78,6 +100,12 @@ class AVBD:
             also holds what it corrected, so that tall stacks swing from step to step.
         tolerance: the sweeps end when none changes a velocity by more than this, in units of the speed that gravity gives in a step.
 
+        joint_alpha: share of a joint's error that is left for later steps. Smaller: errors are taken back sooner, but give the bodies speed, and
+            with it energy, that jerks in chains have no other source for.
+        joint_push_out_speed: greatest speed at which errors of joints are taken back [m/s, rad/s], for a length unit of 1 m.
+        joint_tolerance: the sweeps go on, up to 20 times ``iterations``, while a joint is off at the step's end by more than this, in units of the
+            way that bodies fall in the step. Larger: faster; ropes that jerk gain energy from 0.05 on.
+
     Raises:
         InvalidArgumentError: a value is not of the right kind or out of range.
     """
@@ -89,6 +117,9 @@ class AVBD:
     least_penalty: float = 5.0
     smoothing: float = 0.25
     tolerance: float = 3e-5
+    joint_alpha: float = 0.9
+    joint_push_out_speed: float = 4.0
+    joint_tolerance: float = 0.005
 
     def __post_init__(self) -> None:
         if type(self.iterations) is not int or not 1 <= self.iterations <= MOST_ITERATIONS:
@@ -100,6 +131,9 @@ class AVBD:
             ("least_penalty", 1e-3, 1e3),
             ("smoothing", 0.0, 1.0),
             ("tolerance", 0.0, 1.0),
+            ("joint_alpha", 0.0, 1.0),
+            ("joint_push_out_speed", 0.0, 1e6),
+            ("joint_tolerance", 0.0, 1.0),
         ):
             if not least <= number(name, getattr(self, name)) <= most:
                 raise invalid(name, f"a number from {least:g} to {most:g}", getattr(self, name))
@@ -114,8 +148,14 @@ FASTEST_RISE = 4.0
 ROLLING_STIFFNESS = 10.0
 """Penalty of rolling and torsional friction in units of the effective moment of inertia. It takes little load, and so needs no ramp."""
 
+FINEST_JOINT = 2e-7
+"""Least error of joints that is asked for, in length units: what single precision can tell."""
+
+GROSS = 1000.0
+"""Error of joints, in units of what is allowed, from which on more sweeps are not tried, and the multipliers that the step ends with are not kept."""
+
 BOUNCE_SWEEPS = 20
-"""How many times the usual number of iterations may be made while bounces are not solved for."""
+"""How many times the usual number of iterations may be made while bounces and joints are not solved for."""
 
 # Columns of a point's row, beside APPROACH, PRECISION and TARGET; point k of manifold i has row 4 i + k.
 EFFECTIVE_MASS, FIRST_GUESS = 0, 1  # 1 / (n · M⁻¹ n); multiplier at the start of the step
@@ -181,7 +221,9 @@ def list_contacts(body_count, pairs, count, first, entries):
 
 
 @routine
-def guess(bodies, body_count, manifolds, first, entries, gravity, h, inertial, inertia):
+def guess(
+    bodies, body_count, manifolds, first, entries, joints, kinds, rows, joint_first, joint_entries, gravity, h, inertial, inertia
+):  # fmt: skip
     """The velocities towards y, to ``inertial``; the tensors of inertia; and the velocities at which the sweeps begin, to ``motion``.
 
     Adaptive initial guess (Chen et al. 2024, 3.7): a body is given the share of gravity that it followed in the last step, from 0 to 1. What
@@ -201,7 +243,7 @@ def guess(bodies, body_count, manifolds, first, entries, gravity, h, inertial, i
                 inertia[i, k] = tensor[k]
             weight = h * strength * bodies.response[i, 0] * mass[i, 0]
             if weight != 0:
-                held = zero
+                held = -vec.dot(joint_push(i, joints, kinds, rows, joint_first, joint_entries), gravity)
                 for e in range(first[i], first[i + 1]):
                     row, is_b = entries[e] >> 1, entries[e] & 1
                     push = (zero, zero, zero)
@@ -246,7 +288,10 @@ def patch_moment(contact, i, n, spin, penalty, load):
 
 
 @routine
-def descend(i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, first, entries, length_unit):
+def descend(
+    i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, first, entries,
+    joints, kinds, rows, joint_first, joint_entries, h, joint_alpha, joint_most, length_unit,
+):  # fmt: skip
     """Solve body i's own system H Δv = f and move it. Returns the greatest change of speed, that of points a length unit away included.
 
     H = M + Σ k Jᵀ J over its contact points, where J is the 3×6 matrix of the point's velocity, [1, −r×]. With k alike in all directions
@@ -333,6 +378,11 @@ def descend(i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, f
             ),
             trace,
         )
+    if joint_first[i] < joint_first[i + 1]:
+        force, torque, straight, mixed, turning = joint_system(
+            i, motion, joints, kinds, rows, joint_first, joint_entries, h, joint_alpha, joint_most,
+            (force, torque, straight, mixed, turning),
+        )  # fmt: skip
     if bodies.locks[i]:
         straight, mixed, turning, force, torque = lock(bodies.locks[i], straight, mixed, turning, force, torque)
     dv, dw = solve_6x6(straight, mixed, turning, force, torque)
@@ -423,19 +473,36 @@ def solve(
     bodies, body_count, colliders, manifolds, count, pairs, points, stiffness, first, entries, inertial, inertia, parent, free, sums,
     gravity, h, ratio, iterations, bias, beta, gamma, least_penalty, smoothing, fall, least_change, length_unit,
     threshold, finest, tolerances, motions, impulses,
+    joints, kinds, rows, joint_first, joint_entries, tables_code, rows_code, joint_alpha, joint_most, joint_tolerance,
 ):  # fmt: skip
     """One step of length h for all bodies. Returns the number of sweeps; ``motions`` and ``impulses`` take notes of them as far as they have room."""
+    real = type(h)
     motion = bodies.motion
     for i in range(count):
         pairs[i, 0], pairs[i, 1] = colliders.body[manifolds.a[i]], colliders.body[manifolds.b[i]]
     list_contacts(body_count, pairs, count, first, entries)
-    list_free_islands(bodies, body_count, pairs, count, parent, free)
+    inverse_mass = bodies.inverse_mass
+    tables = address_call(no_visit, (motion, bodies.geometry, inverse_mass, bodies.center, joints))[1]
+    parts = address_call(no_visit, (motion, bodies.geometry, inverse_mass, joints, kinds, rows))[1]
+    mode = JACOBIANS
+    if len(kinds) > 0:
+        call_address(tables_code, tables, PREPARE, 0, len(kinds))
+        place_ends(bodies, body_count, h - h)
+        call_address(rows_code, parts, JACOBIANS, 0, len(kinds))
+        mode = prepare_parts(joints, kinds, rows, h, gamma, least_penalty, real(MOST_PENALTY))
+    list_parts(body_count, joints, joint_first, joint_entries)
+    list_free_islands(bodies, body_count, pairs, list_links(joints, pairs, count), parent, free)
+    bind_to_world(joints, kinds, parent, free)
     prepare(motion, bodies.inverse_mass, pairs, manifolds, count, points, stiffness, ratio, gamma, least_penalty)
     integrate_velocities(bodies, body_count, gravity, h)
     set_targets(
         motion, pairs, manifolds, count, points, h, bias, tolerances.slop, tolerances.max_correction, threshold, finest
     )
-    guess(bodies, body_count, manifolds, first, entries, gravity, h, inertial, inertia)
+    guess(
+        bodies, body_count, manifolds, first, entries, joints, kinds, rows, joint_first, joint_entries, gravity, h, inertial, inertia
+    )  # fmt: skip
+    if len(kinds) > 0:
+        aim_parts(bodies, body_count, joints, kinds, rows, rows_code, parts, mode, h, joint_most / h)
     most_mass = h - h
     for i in range(body_count):
         if bodies.kind[i] == DYNAMIC:
@@ -443,30 +510,65 @@ def solve(
     if len(motions) > 0:
         note_multipliers(motions, impulses, 0, motion, body_count, manifolds, count)
     made = 0
+    off = h - h
     for s in range(BOUNCE_SWEEPS * iterations):
         change = h - h
         for j in range(
             2 * body_count
         ):  # forth and back: in one direction only, stiff contacts make the multipliers diverge
             i = j if j < body_count else 2 * body_count - 1 - j
-            if bodies.kind[i] == DYNAMIC and first[i] < first[i + 1]:
+            if bodies.kind[i] == DYNAMIC and (first[i] < first[i + 1] or joint_first[i] < joint_first[i + 1]):
                 moved = descend(
-                    i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, first, entries, length_unit
-                )
+                    i, bodies, inertial, inertia, pairs, manifolds, points, stiffness, first, entries,
+                    joints, kinds, rows, joint_first, joint_entries, h, joint_alpha, joint_most, length_unit,
+                )  # fmt: skip
                 change = max(change, moved)
         error = update_multipliers(
             motion, pairs, manifolds, count, points, stiffness, beta if s < iterations else h - h, fall, most_mass
         )
+        if len(kinds) > 0:
+            aim_parts(bodies, body_count, joints, kinds, rows, rows_code, parts, mode, h, joint_most / h)
+            off = update_parts(
+                motion, joints, kinds, rows, h, joint_alpha, joint_most, beta if s < iterations else h - h,
+                real(FASTEST_RISE), real(MOST_PENALTY), fall, most_mass, length_unit,
+            )  # fmt: skip
+            error = max(error, off * h / joint_tolerance)
         made = s + 1
         if made < len(motions):
             note_multipliers(motions, impulses, made, motion, body_count, manifolds, count)
+        if made >= iterations and off * h > real(GROSS) * joint_tolerance:
+            break
         if error <= 1 and (s + 1 >= iterations or change <= least_change):
             break
+    gross = off * h > real(GROSS) * joint_tolerance
+    if gross:
+        restrain(motion, inertial, body_count, joint_first, joint_most / h)
     keep_momenta(bodies, body_count, inertial, inertia, parent, free, sums)
     report(manifolds, count, points, smoothing)
+    if len(kinds) > 0:
+        report_parts(motion, joints, kinds, rows, h)
+        if gross:
+            forget_multipliers(joints)
+        call_address(tables_code, tables, KEEP_RESULTS, 0, len(kinds))
     integrate_positions(bodies, body_count, h)
     place_origins(bodies, body_count)
     return made
+
+
+def ready_joints(state: State, h: float, ratio: float) -> tuple[Any, ...]:
+    """What ``solve`` is to know of joints: their working memory, the type of each block, the table of rows, and two addresses of code."""
+    table, bodies = state.joints, state.bodies
+    if table.layout is None:
+        table.layout = lay_out(state, np.ones(max(state.count, 1), np.uint8))
+    layout = table.layout
+    kinds = np.repeat(layout.phases[:, TYPE], layout.phases[:, STOP] - layout.phases[:, FIRST])
+    rows = aligned_zeros((len(kinds), ROW_FIELDS, LANES), state.real)
+    if len(kinds) == 0:
+        return layout.work, kinds, rows, (0, 0)
+    set_numbers(state, layout, h, ratio, (0.0, 1.0), 0.0)
+    given = (bodies.motion, bodies.geometry, bodies.inverse_mass)
+    codes = tables_address((*given, bodies.center, layout.work)), evaluate_address((*given, layout.work, kinds, rows))
+    return layout.work, kinds, rows, codes
 
 
 def advance(state: State, settings: AVBD, h: float) -> None:
@@ -478,9 +580,12 @@ def advance(state: State, settings: AVBD, h: float) -> None:
     noted = 0 if state.trace is None else min(BOUNCE_SWEEPS * settings.iterations, MOST_TRACED) + 1
     motions = np.empty((noted, state.count, 6), state.real)
     impulses = np.empty((noted, 4 * contacts, 3), state.real)
+    ratio = real(min(h / state.last_h, MOST_GROWTH) if state.last_h > 0 else 0.0)
+    joints, kinds, rows, codes = ready_joints(state, h, float(ratio))
+    parts = LANES * len(kinds)
     made = solve(
         state.bodies, state.count, state.colliders, state.next_manifolds, state.next_count,
-        np.empty((contacts, 2), np.int32),
+        np.empty((contacts + parts, 2), np.int32),
         points,
         np.empty(contacts, state.real),
         np.empty(bodies + 2, np.int32),
@@ -492,7 +597,7 @@ def advance(state: State, settings: AVBD, h: float) -> None:
         np.empty((bodies, SUM_COLUMNS), state.real),
         tuple(real(g) for g in environment.gravity),
         real(h),
-        real(min(h / state.last_h, MOST_GROWTH) if state.last_h > 0 else 0.0),
+        ratio,
         settings.iterations,
         real((1 - settings.alpha) / h),
         real(settings.beta),
@@ -507,6 +612,14 @@ def advance(state: State, settings: AVBD, h: float) -> None:
         state.tolerances,
         motions,
         impulses,
+        joints, kinds, rows,
+        np.empty(bodies + 2, np.int32),
+        np.empty(2 * parts, np.int32),
+        codes[0],
+        codes[1],
+        real(settings.joint_alpha),
+        real(settings.joint_push_out_speed * environment.length_unit * h),
+        real(max(settings.joint_tolerance * h * (fall if fall > 0 else slop / h), FINEST_JOINT * environment.length_unit)),
     )  # fmt: skip
     if state.trace is not None:
         noted = min(made + 1, noted)

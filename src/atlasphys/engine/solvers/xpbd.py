@@ -17,6 +17,10 @@ x + h v, and the bodies are moved by the result: 2 and 3 in one. This is the sam
 difference of nearly equal positions, which single precision would not survive at h = 1/1200 s, and bodies move by the scheme of
 ``body_block.py``, which conserves angular momentum to round-off and has the gyroscopic torque in it.
 
+Joints (engine/joints) are solved before the contacts, by the same steps: once for positions, Δλ = −K⁻¹ (J v + C / h), where the impulses of a substep
+begin at 0, and once, after the bodies have moved, for velocities, Δλ = −K⁻¹ J v, which gives back the speed that this gave them. Springs have the
+compliance and damping of joints/elastic.py.
+
 docs/xpbd.md derives it, and says where it differs from the paper. What it does to eight contacts side by side is in ``xpbd_contact.py``.
 """
 
@@ -26,6 +30,7 @@ from atlasphys.engine.islands.colour import COLOURS, beside
 from atlasphys.engine.jit import routine
 from atlasphys.engine.shapes.arguments import invalid, number
 from atlasphys.engine.simd import LANES
+from atlasphys.engine.simd.address import call_address
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, tumble
 from atlasphys.engine.solvers.locked import follow_turn
 from atlasphys.engine.solvers.rolling_block import ROLL, prepare_rolling, solve_rolling, store_rolling
@@ -40,9 +45,12 @@ from atlasphys.engine.solvers.xpbd_contact import (
     solve_velocities,
     spot,
 )
+from atlasphys.engine.state import joint_work
 from atlasphys.engine.state.blocks import BOUNCES, COUNT, MANIFOLD, ROLLS
+from atlasphys.engine.state.joint_work import IMPULSES, SLIPPED
 from atlasphys.engine.state.manifolds import RESTITUTION, ROLLING, TORSIONAL
-from atlasphys.engine.state.work import COLOURED, PLAIN, TUMBLING
+from atlasphys.engine.state.work import COLOURED, JOINT_VISITS, PLAIN, TUMBLING
+from atlasphys.engine.team import DATA
 
 MOST_SUBSTEPS = 1000
 
@@ -61,8 +69,8 @@ class XPBD:
     Attributes:
         substeps: substeps a step; all errors shrink with their length. More: stiffer stacks, in proportion slower.
         compliance: give of a contact point under a force along its normal [m/N]. 0: rigid, as far as the substeps allow.
-        push_out_speed: greatest speed at which overlap is pushed out [m/s], for a length unit of 1 m. The paper has no such limit.
-            Larger: bodies that were put into each other are thrown apart. Smaller: heavy bodies squeeze light ones out.
+        push_out_speed: greatest speed at which overlap is pushed out, and errors of joints are taken back [m/s], for a length unit of 1 m. The paper
+            has no such limit. Larger: bodies that were put into each other are thrown apart. Smaller: heavy bodies squeeze light ones out.
 
     Raises:
         InvalidArgumentError: a value is not of the right kind or out of range.
@@ -238,7 +246,23 @@ def store_contacts(bodies, manifolds, work, locked, inverse_h):
 
 
 @routine
-def respond(bodies, locked, constants, manifolds, work, noted):
+def visit_joints(mode, work, sync):
+    """One pass over all joints (fused/joints.py)."""
+    if len(work.phases) > 0:
+        call_address(work.calls[JOINT_VISITS], sync[DATA], mode, 0, 1)
+
+
+@routine
+def forget_impulses(blocks):
+    """Let the impulses of all joints begin at 0."""
+    for block in range(len(blocks)):
+        for k in range(IMPULSES, SLIPPED):
+            for lane in range(LANES):
+                blocks[block, k, lane] = 0
+
+
+@routine
+def respond(bodies, locked, constants, manifolds, work, sync, noted):
     """The solver stage: ``constants.substeps`` substeps. ``locked`` are the rows of the bodies whose rotation is locked about some axis, None if no
     body has any locks; ``noted`` is ``work`` if notes are to be taken of the sweeps, else None."""
     motion, geometry, inverse_mass, status = bodies.motion, bodies.geometry, bodies.inverse_mass, work.status
@@ -250,12 +274,15 @@ def respond(bodies, locked, constants, manifolds, work, noted):
                 constants.gravity, h,
             )  # fmt: skip
     bounces = prepare_contacts(bodies, manifolds, work, locked, constants.ratio)
+    visit_joints(joint_work.PREPARE, work, sync)
     for substep in range(constants.substeps):
         for rows, stop in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
             for block in range(stop):
                 gain_speed(block, rows, motion, bodies.drive)
         if bounces:
             aim_contacts(True, bodies, manifolds, work, locked, constants.bounce)
+        forget_impulses(work.joints.blocks)
+        visit_joints(joint_work.SOLVE, work, sync)
         sweep_positions(bodies, work, locked, constants.positions)
         if noted is not None:
             note_pass(SOLVE, substep, motion, noted)
@@ -264,6 +291,7 @@ def respond(bodies, locked, constants, manifolds, work, noted):
         for block in range(status[TUMBLING]):
             tumble(block, work.tumbling, motion, geometry, bodies.mass, bodies.frame, inverse_mass, h)
         follow_turn(locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
+        visit_joints(joint_work.RELAX, work, sync)
         if bounces:
             aim_contacts(False, bodies, manifolds, work, locked, constants.bounce)
             ease = type(h)(1)
