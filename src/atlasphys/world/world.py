@@ -41,7 +41,7 @@ from atlasphys.world.arguments import (
 )
 from atlasphys.world.body import COEFFICIENTS, RESPONSES, Body
 from atlasphys.world.html import world_html
-from atlasphys.world.joint import Joint, JointInfo, Joints, join
+from atlasphys.world.joint import Joint, JointInfo, Joints, check_joints, join
 from atlasphys.world.settings import (
     DEFAULT_PRESET,
     LONGEST_RUN,
@@ -508,18 +508,7 @@ class World:
     def _take_steps(self, h: float, steps: int) -> None:
         """Take steps, as many at a time as the solver can; one by one where joints may break."""
         state, joints = self._state, self._state.joints
-        if joints.count and not SOLVERS[self._pipeline.solver].joints:
-            able = " and ".join(name for name, solver in SOLVERS.items() if solver.joints)
-            raise InvalidArgumentError(
-                f"{self._pipeline.solver} offers no joints, and the world has {joints.count}; {able} do"
-            )
-        if not SOLVERS[self._pipeline.solver].soft_blocks and joints.soft_blocks.any():
-            row = int(np.flatnonzero(joints.soft_blocks)[0])
-            able = ", ".join(name for name, solver in SOLVERS.items() if solver.joints and solver.soft_blocks)
-            raise InvalidArgumentError(
-                f"{self._pipeline.solver} offers no springs on points and orientations (Target, spring of a Ball or Fixed), and {self.joints[row]!r} "
-                f"has one; {able} do"
-            )
+        check_joints(self)
         together = steps if is_fused(self._pipeline.solver) and not joints.breakable else 1
         for _ in range(steps // together if steps else 0):
             if is_fused(self._pipeline.solver):

@@ -375,12 +375,13 @@ def joint_system(i, motion, joints, kinds, rows, first, entries, h, alpha, most,
 @routine
 def joint_push(i, joints, kinds, rows, first, entries):
     """Impulse on a body by the multipliers of its joints."""
-    zero = joints.blocks[0, 0, 0] - joints.blocks[0, 0, 0] if len(joints.blocks) else rows.dtype.type(0)
+    real = rows.dtype.type
+    zero, one = real(0), real(1)
     push = (zero, zero, zero)
     for e in range(first[i], first[i + 1]):
         part, is_b = entries[e] >> 1, entries[e] & 1
         block, lane = part // LANES, part % LANES
-        sign = 1 if is_b else -1
+        sign = one if is_b else -one
         for r in range(row_count(kinds[block])):
             push = vec.add_scaled(
                 push,
