@@ -1,26 +1,10 @@
-"""What cases with joints share: a world whose solver has joints, and periods of what swings."""
+"""What cases with joints share: periods of what swings."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from atlasphys.engine.solvers import SOLVERS
-from atlasphys.validate.case import Doubles, MakeWorld, NotOfferedError
-from atlasphys.world.world import World
-
-
-def jointed_world(make_world: MakeWorld, **settings: Any) -> World:
-    """An empty world.
-
-    Raises:
-        NotOfferedError: its solver has no joints.
-    """
-    world = make_world(**settings)
-    if isinstance(world, World) and not SOLVERS[world.solver].joints:
-        raise NotOfferedError(f"{world.solver} has no joints")
-    return world
+from atlasphys.validate.case import Doubles
 
 
 def upward_crossings(times: Doubles, values: Doubles) -> Doubles:

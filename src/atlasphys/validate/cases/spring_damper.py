@@ -12,7 +12,7 @@ import numpy as np
 
 import atlasphys as ap
 from atlasphys.validate.case import Case, Curve, Doubles, MakeWorld, record, relative
-from atlasphys.validate.cases.jointed import jointed_world, mean_period
+from atlasphys.validate.cases.jointed import mean_period
 
 FREQUENCY, LENGTH, START = 2.0, 1.0, 0.4
 """Of the spring [Hz], its length at rest and its first elongation [m]."""
@@ -23,7 +23,7 @@ RATIOS = (0.0, 0.05, 0.2)
 
 def oscillate(make_world: MakeWorld, zeta: float, seconds: float, dt: float) -> tuple[Doubles, Doubles]:
     """Times and elongations [m]."""
-    world = jointed_world(make_world, gravity=(0, 0, 0))
+    world = make_world(gravity=(0, 0, 0))
     mass = world.add(ap.Sphere(radius=0.1), position=(LENGTH + START, 0, 0), mass=3)
     world.join(ap.Spring(None, mass, rest_length=LENGTH, frequency=FREQUENCY, damping=zeta))
     return record(world, dt, seconds, lambda: mass.position[0] - LENGTH)
