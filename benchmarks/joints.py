@@ -27,6 +27,8 @@ SOLVERS: dict[str, Any] = {
     "soft_step": "soft_step",
     "soft_step, 16 substeps, 300 Hz": STIFF,
     "sequential_impulse": "sequential_impulse",
+    "xpbd": "xpbd",
+    "avbd": "avbd",
 }
 HERE = Path(__file__).parent
 
