@@ -21,25 +21,26 @@ MODES = {"in phase": 1, "in opposition": -1}
 """Sign of θ2/θ1."""
 
 
+def period_error(make_world: MakeWorld, dt: float, sign: int) -> float:
+    """Let go in the shape of a mode and count ten swings; how far the period is off, relatively."""
+    world = make_world(gravity=(0, -G, 0))
+    place, above = (0.0, 0.0, 0.0), None
+    bobs = []
+    for angle in (ANGLE, sign * math.sqrt(2) * ANGLE):
+        x, y, _ = place
+        place = (x + LENGTH * math.sin(angle), y - LENGTH * math.cos(angle), 0.0)
+        bob = world.add(ap.Sphere(radius=0.02), position=place, mass=1)
+        world.join(ap.Distance(above, bob, length=LENGTH))
+        bobs.append(bob)
+        above = bob
+    period = 2 * math.pi / math.sqrt(G / LENGTH * (2 - sign * math.sqrt(2)))
+    times, offsets = record(world, dt, (SWINGS + 1) * period, lambda: bobs[0].position[0])
+    return relative(mean_period(times, offsets), period)
+
+
 def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
-    """Let go in each mode's shape and count ten swings."""
-    errors = {}
-    for name, sign in MODES.items():
-        omega = math.sqrt(G / LENGTH * (2 - sign * math.sqrt(2)))
-        world = make_world(gravity=(0, -G, 0))
-        place, above = (0.0, 0.0, 0.0), None
-        bobs = []
-        for angle in (ANGLE, sign * math.sqrt(2) * ANGLE):
-            x, y, _ = place
-            place = (x + LENGTH * math.sin(angle), y - LENGTH * math.cos(angle), 0.0)
-            bob = world.add(ap.Sphere(radius=0.02), position=place, mass=1)
-            world.join(ap.Distance(above, bob, length=LENGTH))
-            bobs.append(bob)
-            above = bob
-        period = 2 * math.pi / omega
-        times, offsets = record(world, dt, (SWINGS + 1) * period, lambda bobs=bobs: bobs[0].position[0])  # type: ignore[misc]
-        errors[f"period {name}"] = relative(mean_period(times, offsets), period)
-    return errors
+    """The errors of both modes' periods."""
+    return {f"period {name}": period_error(make_world, dt, sign) for name, sign in MODES.items()}
 
 
 CASE = Case(
