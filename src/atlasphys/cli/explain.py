@@ -103,8 +103,7 @@ def _shown(story: Story, stage: str, remark: str, port: int | None, in_browser: 
     from atlasphys.viewer.explorer.page import Page
 
     page = Page(Explorer(story, stage, remark), port=port)
-    print(f"explorer of {stage}, {' and '.join(story.pair)}, at {page.url}  (Ctrl-C ends)", flush=True)
-    return until_interrupted(page, in_browser)
+    return until_interrupted(page, f"explorer of {stage}, {' and '.join(story.pair)},", in_browser)
 
 
 def _pair(world: World, words: str) -> tuple[int, int]:

@@ -52,13 +52,13 @@ def view(
     given = {"preset": preset, "solver": solver}
     model = open_model(what, set or [], {name: value for name, value in given.items() if value is not None})
     page = Page(model, port=port, shown=Shown(shadows=shadows), dark=dark)
-    print(f"{page.frame.title} at {page.url}  (Ctrl-C ends)", flush=True)
-    return until_interrupted(page, open)
+    return until_interrupted(page, page.frame.title, open)
 
 
-def until_interrupted(page: Any, in_browser: bool) -> int:
-    """Serve a page until Ctrl-C, and open it in the browser if that is wanted."""
+def until_interrupted(page: Any, title: str, in_browser: bool) -> int:
+    """Say where a page is and serve it until Ctrl-C; open it in the browser if that is wanted."""
     try:
+        print(f"{title} at {page.url}  (Ctrl-C ends)", flush=True)  # whoever reads it may interrupt at once
         if in_browser:
             import webbrowser
 
