@@ -19,73 +19,28 @@ from atlasphys.engine.narrowphase.lanes.sphere_sphere import sphere_sphere
 from atlasphys.engine.shapes.shape import Shape
 from tests.engine.narrowphase.poses import Contact, Pose
 
-# One driver for each body, as in a step: a list of kernels would need a type for each.
 
+def driver(body: Callable[..., Any]) -> Callable[..., None]:
+    """A kernel that calls a body on each block, as a step does."""
 
-@kernel
-def sphere_spheres(pairs, geometry, place, margin, contact, tags, found):
-    for block in range(len(pairs)):
-        found[block] = sphere_sphere(pairs[block], geometry, place[block], margin, contact[block], tags[block])
+    @kernel
+    def run(pairs, geometry, place, margin, contact, tags, found):
+        for block in range(len(pairs)):
+            found[block] = body(pairs[block], geometry, place[block], margin, contact[block], tags[block])
 
-
-@kernel
-def sphere_capsules(pairs, geometry, place, margin, contact, tags, found):
-    for block in range(len(pairs)):
-        found[block] = sphere_capsule(pairs[block], geometry, place[block], margin, contact[block], tags[block])
-
-
-@kernel
-def sphere_boxes(pairs, geometry, place, margin, contact, tags, found):
-    for block in range(len(pairs)):
-        found[block] = sphere_box(pairs[block], geometry, place[block], margin, contact[block], tags[block])
-
-
-@kernel
-def capsule_capsules(pairs, geometry, place, margin, contact, tags, found):
-    for block in range(len(pairs)):
-        found[block] = capsule_capsule(pairs[block], geometry, place[block], margin, contact[block], tags[block])
-
-
-@kernel
-def capsule_boxes(pairs, geometry, place, margin, contact, tags, found):
-    for block in range(len(pairs)):
-        found[block] = capsule_box(pairs[block], geometry, place[block], margin, contact[block], tags[block])
-
-
-@kernel
-def box_boxes(pairs, geometry, place, margin, contact, tags, found):
-    for block in range(len(pairs)):
-        found[block] = box_box(pairs[block], geometry, place[block], margin, contact[block], tags[block])
-
-
-@kernel
-def sphere_planes(pairs, geometry, place, margin, contact, tags, found):
-    for block in range(len(pairs)):
-        found[block] = sphere_plane(pairs[block], geometry, place[block], margin, contact[block], tags[block])
-
-
-@kernel
-def capsule_planes(pairs, geometry, place, margin, contact, tags, found):
-    for block in range(len(pairs)):
-        found[block] = capsule_plane(pairs[block], geometry, place[block], margin, contact[block], tags[block])
-
-
-@kernel
-def box_planes(pairs, geometry, place, margin, contact, tags, found):
-    for block in range(len(pairs)):
-        found[block] = box_plane(pairs[block], geometry, place[block], margin, contact[block], tags[block])
+    return run
 
 
 DRIVERS: dict[tuple[str, str], Callable[..., None]] = {
-    ("sphere", "sphere"): sphere_spheres,
-    ("sphere", "capsule"): sphere_capsules,
-    ("sphere", "box"): sphere_boxes,
-    ("capsule", "capsule"): capsule_capsules,
-    ("capsule", "box"): capsule_boxes,
-    ("box", "box"): box_boxes,
-    ("sphere", "plane"): sphere_planes,
-    ("capsule", "plane"): capsule_planes,
-    ("box", "plane"): box_planes,
+    ("sphere", "sphere"): driver(sphere_sphere),
+    ("sphere", "capsule"): driver(sphere_capsule),
+    ("sphere", "box"): driver(sphere_box),
+    ("capsule", "capsule"): driver(capsule_capsule),
+    ("capsule", "box"): driver(capsule_box),
+    ("box", "box"): driver(box_box),
+    ("sphere", "plane"): driver(sphere_plane),
+    ("capsule", "plane"): driver(capsule_plane),
+    ("box", "plane"): driver(box_plane),
 }
 
 

@@ -121,48 +121,32 @@ def random_scene(points, real, seed, locks=False):
     )
 
 
-@kernel
-def contacts_of_four(s, half):
-    """All that is done to contacts in a step. A body over lanes is compiled for the number that is written in its call."""
-    b, m, k = s.bodies, s.manifolds, 0
-    for i in range(len(s.blocks)):
-        before = max(i - 1, 0)  # worked on together with i
-        s.answers[k + 0] += prepare(4, s.locks, i, s.integers, s.blocks, m, b.inverse_mass, half)
-        s.answers[k + 1] += aim(4, s.locks, i, s.integers, s.blocks, b.motion, b.inverse_mass, b.drive, m, s.bounce)
-        for _ in range(3):
-            s.answers[k + 2] += strike(4, s.locks, i, s.integers, s.blocks, b.motion, b.inverse_mass, half)
-        depart(4, s.locks, i, s.integers, s.blocks, b.motion, b.inverse_mass, m, half)
-        prepare_rolling(i, s.integers, s.blocks, s.rolls, m, b.inverse_mass, half)
-        warm_start(4, s.locks, i, before, s.integers, s.blocks, b.motion, b.inverse_mass)
-        start_rolling(4, i, s.integers, s.blocks, s.rolls, b.motion, b.inverse_mass)
-        solve(4, s.locks, 0, i, before, s.integers, s.blocks, b.motion, b.inverse_mass, s.soft)
-        solve_rolling(4, i, s.integers, s.blocks, s.rolls, b.motion, b.inverse_mass, half)
-        solve(4, s.locks, 1, i, before, s.integers, s.blocks, b.motion, b.inverse_mass, s.soft)
-        store_impulses(4, i, s.integers, s.blocks, m)
-        store_rolling(i, s.integers, s.blocks, s.rolls, m)
-        k += 8
+def contacts_of(points):
+    """A kernel that does all that is done in a step to contacts of that many points."""
 
+    @kernel
+    def run(s, half):
+        b, m, k = s.bodies, s.manifolds, 0
+        for i in range(len(s.blocks)):
+            before = max(i - 1, 0)  # worked on together with i
+            s.answers[k + 0] += prepare(points, s.locks, i, s.integers, s.blocks, m, b.inverse_mass, half)
+            s.answers[k + 1] += aim(
+                points, s.locks, i, s.integers, s.blocks, b.motion, b.inverse_mass, b.drive, m, s.bounce
+            )
+            for _ in range(3):
+                s.answers[k + 2] += strike(points, s.locks, i, s.integers, s.blocks, b.motion, b.inverse_mass, half)
+            depart(points, s.locks, i, s.integers, s.blocks, b.motion, b.inverse_mass, m, half)
+            prepare_rolling(i, s.integers, s.blocks, s.rolls, m, b.inverse_mass, half)
+            warm_start(points, s.locks, i, before, s.integers, s.blocks, b.motion, b.inverse_mass)
+            start_rolling(points, i, s.integers, s.blocks, s.rolls, b.motion, b.inverse_mass)
+            solve(points, s.locks, 0, i, before, s.integers, s.blocks, b.motion, b.inverse_mass, s.soft)
+            solve_rolling(points, i, s.integers, s.blocks, s.rolls, b.motion, b.inverse_mass, half)
+            solve(points, s.locks, 1, i, before, s.integers, s.blocks, b.motion, b.inverse_mass, s.soft)
+            store_impulses(points, i, s.integers, s.blocks, m)
+            store_rolling(i, s.integers, s.blocks, s.rolls, m)
+            k += 8
 
-@kernel
-def contacts_of_one(s, half):
-    """All that is done to contacts in a step. A body over lanes is compiled for the number that is written in its call."""
-    b, m, k = s.bodies, s.manifolds, 0
-    for i in range(len(s.blocks)):
-        before = max(i - 1, 0)  # worked on together with i
-        s.answers[k + 0] += prepare(1, s.locks, i, s.integers, s.blocks, m, b.inverse_mass, half)
-        s.answers[k + 1] += aim(1, s.locks, i, s.integers, s.blocks, b.motion, b.inverse_mass, b.drive, m, s.bounce)
-        for _ in range(3):
-            s.answers[k + 2] += strike(1, s.locks, i, s.integers, s.blocks, b.motion, b.inverse_mass, half)
-        depart(1, s.locks, i, s.integers, s.blocks, b.motion, b.inverse_mass, m, half)
-        prepare_rolling(i, s.integers, s.blocks, s.rolls, m, b.inverse_mass, half)
-        warm_start(1, s.locks, i, before, s.integers, s.blocks, b.motion, b.inverse_mass)
-        start_rolling(1, i, s.integers, s.blocks, s.rolls, b.motion, b.inverse_mass)
-        solve(1, s.locks, 0, i, before, s.integers, s.blocks, b.motion, b.inverse_mass, s.soft)
-        solve_rolling(1, i, s.integers, s.blocks, s.rolls, b.motion, b.inverse_mass, half)
-        solve(1, s.locks, 1, i, before, s.integers, s.blocks, b.motion, b.inverse_mass, s.soft)
-        store_impulses(1, i, s.integers, s.blocks, m)
-        store_rolling(i, s.integers, s.blocks, s.rolls, m)
-        k += 8
+    return run
 
 
 @kernel
