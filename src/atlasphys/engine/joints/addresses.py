@@ -2,6 +2,8 @@
 
 So a type is compiled once a world has such parts, and the step, which every world needs, without them. ``arguments`` are the bodies' motion,
 geometry, inverse masses and centres, and the working memory of the joints.
+
+Each type is written out: a kernel that got its routine from a function that makes both would have another key in the kernel cache in each process.
 """
 
 from atlasphys.engine.jit import kernel, routine
