@@ -221,7 +221,7 @@ class Painter:
         share = np.clip(1.3 * (1 - np.sqrt(((flat - foot) ** 2).sum(axis=1)) / reach), 0.0, 1.0)[:, None]
         under = self._faded(ground, flat, foot, self._reach)
         lines["colour"] = np.round(share * LINES[self._look.dark] + (1 - share) * under).astype(np.uint8)
-        self._add_unlit(lines.ribbon(width=0.01 * cell, normal=tuple(np.cross(along, across))))
+        self._add_unlit(lines.ribbon(width=0.016 * cell, normal=tuple(np.cross(along, across))))
 
     def _add_unlit(self, poly: Any) -> None:
         self._plotter.add_mesh(

@@ -14,6 +14,7 @@ from atlasphys.viewer.frame import Frame
 from atlasphys.viewer.gui.camera import Cameras
 from atlasphys.viewer.gui.close_up import CloseUps
 from atlasphys.viewer.gui.joints import Joints
+from atlasphys.viewer.gui.look import Look
 from atlasphys.viewer.gui.objects import Objects
 from atlasphys.viewer.gui.plots import Plots
 from atlasphys.viewer.gui.scenes import Scenes
@@ -92,17 +93,20 @@ class Page:
         self._dirty = True
         self._ended = threading.Event()
         self.frames_drawn = 0
-        self.apply_theme()
         self.server.gui.main_panel.set_width(PANEL_WIDTH)
+        self.server.gui.main_panel.dock_right()
         with self.server.atomic():
+            self.look = Look(self)
+            self.apply_theme()
             self.stage = Stage(self)
             self.cameras = Cameras(self)
             self.close_ups = CloseUps(self)
             self.transport = Timeline(self) if self.is_replay else Transport(self)
             tabs = self.server.gui.add_tab_group()
-            self.parts: list[Any] = [self.transport]
+            self.parts: list[Any] = [self.transport, self.look]
             with tabs.add_tab("Objects"):
-                self.parts.append(Objects(self))
+                self.objects = Objects(self)
+                self.parts.append(self.objects)
             if not self.is_replay:
                 with tabs.add_tab("Joints"):
                     self.parts.append(Joints(self))
@@ -119,7 +123,6 @@ class Page:
                     Scenes(self)
             with tabs.add_tab("Help"):
                 add_shortcuts(self)
-        self.objects: Objects = self.parts[1]
         self.server.on_client_connect(lambda client: self.redraw())
         self.update_wanted()
         self._painter = threading.Thread(target=self._paint, name="painter", daemon=True)
@@ -189,6 +192,7 @@ class Page:
         self.server.gui.configure_theme(
             dark_mode=self.dark, show_logo=False, show_share_button=False, brand_color=(54, 104, 176)
         )
+        self.look.apply_theme()
 
     def close(self) -> None:
         """Stop serving, and end the threads."""
