@@ -28,6 +28,11 @@ LINES = {False: ((184, 191, 200), (170, 178, 188)), True: ((72, 79, 88), (80, 88
 SLEEPING = np.array((112, 122, 138))
 SELECTED = np.array((255, 214, 10))
 
+JOINTS = {
+    "arms": (0, 190, 200), "links": (255, 140, 0), "axes": (220, 0, 160), "idle": (130, 130, 130), "selected": (255, 200, 0),
+}  # fmt: skip
+"""Of the lines of joints."""
+
 Colours = npt.NDArray[np.uint8]
 
 _SHARE = np.arange(256) / 255

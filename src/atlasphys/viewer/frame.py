@@ -83,7 +83,7 @@ class Frame:
     """Contact points of the last step, as ``World.contacts``; None if they were not asked for or not recorded."""
     contact_count: int = 0
     joints: JointsNow | None = None
-    """None of a recording: it holds none."""
+    """None of a recording that holds none."""
     running: bool = False
     settings: Mapping[str, Any] = field(default_factory=dict)
     """The world's settings by name, with ``dt`` and ``speed``."""

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from atlasphys.engine.joints.kinds.kind import JointKind
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.errors import AtlasPhysError, InvalidArgumentError, SceneError
 from atlasphys.scene.build import describe_body
@@ -331,6 +332,17 @@ class Session:
             raise InvalidArgumentError("this joint is no longer there")
         return self.world.joints[row]
 
+    def join(self, kind: type[JointKind], a: int | None, b: int | None, name: str = "", **settings: Any) -> int:
+        """Join two bodies, given by id, or a body and the world, which is None. Returns the joint's id.
+
+        Raises:
+            InvalidArgumentError: there can be no such joint; the world is unchanged.
+        """
+        ends = [None if end is None else self.body(end) for end in (a, b)]
+        joint = self.world.join(kind(*ends, **settings), name=name or None)
+        self._edited()
+        return joint.id
+
     def edit_joint(self, identity: int, changes: Mapping[str, Any]) -> None:
         """Change settings of a joint by name, and whether it is ``enabled`` or ``broken``.
 
@@ -360,7 +372,7 @@ class Session:
         """All joints, at the present moment."""
         joints = self.world.joints
         if self._joint_table is None or len(self._joint_table) != len(joints):
-            self._joint_table = JointTable(self.world)
+            self._joint_table = JointTable.of_world(self.world)
         row = self._joint_table.row(self.joint_wanted)
         selected = None if row is None else state_of(joints[row])
         return JointsNow(self._joint_table, np.array(joints.bodies), np.array(joints.acts), selected)

@@ -86,6 +86,8 @@ class Page:
         self.shown = shown or Shown()
         self.selected: int | None = None
         """Id of the selected body."""
+        self.selected_before: int | None = None
+        """Id of the body that was selected before it."""
         self.selected_joint: int | None = None
         """Id of the selected joint."""
         self.dark = dark
@@ -109,7 +111,8 @@ class Page:
                 self.parts.append(self.objects)
             if not self.is_replay:
                 with tabs.add_tab("Joints"):
-                    self.parts.append(Joints(self))
+                    self.joints = Joints(self)
+                    self.parts.append(self.joints)
                 with tabs.add_tab("World"):
                     self.parts.append(WorldSettings(self))
             with tabs.add_tab("Show"):
@@ -158,6 +161,8 @@ class Page:
 
     def select(self, identity: int | None) -> None:
         """Select a body, or none."""
+        if identity != self.selected:
+            self.selected_before = None if identity is None else self.selected
         self.selected = identity
         self.update_wanted()
         self.redraw()

@@ -30,7 +30,7 @@ OF_CONTACTS = ("impulse", "contacts", "normals", "islands")
 
 
 class Show:
-    """The switches. A recording has none of joints; one without contacts has none of theirs."""
+    """The switches. A recording without joints, or without contacts, has none of theirs."""
 
     def __init__(self, page: Page) -> None:
         self._page = page
@@ -38,8 +38,10 @@ class Show:
         self.switches: dict[str, Any] = {}
         lacking: tuple[str, ...] = ()
         if page.is_replay:
-            recorded = page.simulation.model.has_contacts  # type: ignore[attr-defined]
-            lacking = ("joints",) if recorded else ("joints", "sleeping", *OF_CONTACTS)
+            recording: Any = page.simulation.model
+            lacking = ("sleeping",) if recording.has_contacts else ("sleeping", *OF_CONTACTS)
+            if not recording.has_joints:
+                lacking = ("joints", *lacking)
         for name, (label, hint) in SWITCHES.items():
             if name in lacking:
                 continue

@@ -9,7 +9,7 @@ import numpy as np
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.viewer import colours, overlays, shapes
 from atlasphys.viewer.frame import Frame, Table
-from atlasphys.viewer.joints import NO_LINES, joint_lines
+from atlasphys.viewer.joints import NO_LINES, joint_at, joint_lines
 from atlasphys.viewer.sun import DIRECTION
 
 if TYPE_CHECKING:
@@ -22,9 +22,11 @@ GREEN, RED, BLUE, ORANGE, VIOLET, YELLOW = (
 SHADOW = 0.42
 """Darkness of shadows on the ground."""
 
-JOINT_COLOURS = {
-    "arms": (0, 190, 200), "links": ORANGE, "axes": (220, 0, 160), "idle": (130, 130, 130), "selected": YELLOW,
-}  # fmt: skip
+MARK = 0.7
+"""Length of the marks of joints' axes, in widths of a typical body."""
+
+CLICK = 0.012
+"""How far from a joint's line a click may be to select it, of the picture's height."""
 
 
 class Stage:
@@ -42,6 +44,8 @@ class Stage:
         self._axes = self._scene.add_frame("/axes", axes_length=1.0, axes_radius=0.02, visible=False)
         self._scene.configure_environment_map(None)
         self._add_lights()
+        self._body_clicked: tuple[Any, ...] = ()
+        self._scene.on_click()(self._clicked)
 
     def _add_lights(self) -> None:
         """A sun and a bright sky, of our own: the default ones follow the camera's headlight and leave undersides black."""
@@ -107,8 +111,10 @@ class Stage:
         ids = frame.table.ids[batch.rows]
         page = self._page
 
-        def clicked(event: Any) -> None:
-            page.select(int(ids[event.instance_index or 0]))
+        async def clicked(event: Any) -> None:  # a coroutine, so that it comes before the click on the scene
+            self._body_clicked = (event.client_id, event.screen_pos)
+            if not self._select_joint(event, arms=False):
+                page.select(int(ids[event.instance_index or 0]))
 
         async def dragged(event: Any) -> None:  # a coroutine, so that the phases come in order
             if event.phase == "start":
@@ -123,6 +129,25 @@ class Stage:
         if not page.is_replay and not batch.is_static:
             node.on_drag("left")(dragged)
         return node
+
+    async def _clicked(self, event: Any) -> None:
+        """Select the joint whose line is under the pointer, unless a body is, too."""
+        if self._body_clicked != (event.client_id, event.screen_pos):
+            self._select_joint(event, arms=True)
+        self._body_clicked = ()
+
+    def _select_joint(self, event: Any, *, arms: bool) -> bool:
+        """Select the joint under the pointer; ``arms``: also where only lines from the middles of bodies are."""
+        page, frame = self._page, self._page.frame
+        if not page.shown.joints or frame.joints is None:
+            return False
+        near = CLICK * event.client.camera.fov
+        ray = (event.ray_origin, event.ray_direction)
+        found = joint_at(frame, overlays.centers(frame), MARK * self.scale.width, *ray, near, arms=arms)
+        if found is not None:
+            page.select(None)
+            page.select_joint(found)
+        return found is not None
 
     # Planes ----------------------------------------------------------------------------------------------------------
 
@@ -184,13 +209,12 @@ class Stage:
         self._points("centers", overlays.centers(frame)[there] if shown.centers else np.empty((0, 3)), (20, 20, 20))
 
     def _draw_joints(self, frame: Frame) -> None:
-        page = self._page
-        width = 0.7 * self.scale.width
-        lines = (
-            joint_lines(frame, overlays.centers(frame), width, page.selected_joint) if page.shown.joints else NO_LINES
-        )
+        lines = NO_LINES
+        if self._page.shown.joints:
+            width = MARK * self.scale.width
+            lines = joint_lines(frame, overlays.centers(frame), width, self._page.selected_joint)
         for name, points in lines._asdict().items():
-            self._segments(f"joint {name}", points, JOINT_COLOURS[name])
+            self._segments(f"joint {name}", points, colours.JOINTS[name])
 
     def _arrows(self, name: str, points: Any, colour: tuple[int, int, int]) -> None:
         width = self.scale.width
