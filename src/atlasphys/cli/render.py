@@ -92,7 +92,7 @@ def render(
             raise InvalidArgumentError(f"{recording} holds no contacts; record with --record-contacts to show them")
         shot = Shot(
             replay, view=view, position=_point("--position", position), look_at=_point("--look-at", look_at), field_of_view=fov,
-            orthographic=orthographic, follow=follow,
+            orthographic=orthographic, follow=follow, moment=None if is_film else replay.end if time is None else time,
         )  # fmt: skip
         if not is_film:
             render_picture(replay, out, shot, look, time)

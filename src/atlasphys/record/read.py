@@ -175,7 +175,7 @@ class Recording:
 
     @cached_property
     def joints(self) -> tuple[dict[str, Any], ...]:
-        """Every joint that was ever recorded, in the form of a scene file, as it was at its first recorded step; ``a`` and ``b`` are rows of ``bodies``."""
+        """Every joint that was ever recorded, in the form of a scene file, as it was at first; ``a`` and ``b`` are rows of ``bodies``."""
         with self._reading():
             joints = tuple(json.loads(text) for text in self._file["joints"][:]) if "joints" in self._file else ()
             ends = [joint.get(side, 0) for joint in joints for side in "ab"]

@@ -42,7 +42,8 @@ _TO_LINEAR: Colours = np.round(255 * _LINEAR).astype(np.uint8)
 
 def linear(colours: Any) -> Colours:
     """sRGB colours by their share of light, as the page takes those of instances: taken for that, sRGB ones come out pale (IEC 61966-2-1)."""
-    return _TO_LINEAR[colours]
+    shares: Colours = _TO_LINEAR[colours]
+    return shares
 
 
 def own_colours(table: Table) -> Colours:

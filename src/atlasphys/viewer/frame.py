@@ -41,6 +41,7 @@ class Table:
         self.ids: npt.NDArray[np.int64] = np.array([entry.id for entry in entries], np.int64)
         self.mass: npt.NDArray[np.float64] = np.array([entry.mass for entry in entries], np.float64)
         self.is_dynamic: npt.NDArray[np.bool_] = np.array([entry.kind == "dynamic" for entry in entries], np.bool_)
+        self.is_plane: npt.NDArray[np.bool_] = np.array([isinstance(e.shape, Plane) for e in entries], np.bool_)
         centers = [(0.0, 0.0, 0.0) if isinstance(e.shape, Plane) else e.shape.center_of_mass for e in entries]
         self.center: npt.NDArray[np.float64] = np.array(centers, np.float64).reshape(-1, 3)
         """(n, 3) centres of mass in the bodies' own frames [m]."""

@@ -59,7 +59,7 @@ def draw_lines(
     height, width = picture.shape[:2]
     image: Any = Image.fromarray(picture)
     draw = ImageDraw.Draw(image)
-    thickness = max(1, round(height / 280))
+    thickness = max(1, round(height / 360))
     for segments, colour in layers:
         points = np.clip(projected(segments, viewpoint, (width, height)), -4 * width, 5 * width)
         for line in points.reshape(-1, 4).tolist():

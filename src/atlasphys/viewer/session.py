@@ -32,7 +32,7 @@ from atlasphys.world.world import World
 SLOWEST, FASTEST = 0.01, 100.0
 """Range of the speed factor."""
 
-TOTALS_AGE = 0.15
+TOTALS_AGE = 0.19
 """How old energy and momentum in a frame may be while time runs [s]."""
 
 EDITABLE = (
@@ -446,7 +446,9 @@ class Session:
         now, (at, changes, totals) = time.perf_counter(), self._last_totals
         if totals is None or (changes != self.changes and (not self.running or now - at > TOTALS_AGE)):
             energy = self.world.energy()
-            totals = (energy.kinetic, energy.potential), self.world.momentum()
+            bodies, dynamic = self.world.bodies, self.table().is_dynamic
+            momentum = bodies.mass[dynamic].astype(np.float64) @ bodies.velocity[dynamic].astype(np.float64)
+            totals = (energy.kinetic, energy.potential), momentum
             self._last_totals = now, self.changes, totals
         return totals
 

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from atlasphys.engine.shapes.plane import Plane
 from atlasphys.viewer.colours import BACKGROUND
 from atlasphys.viewer.frame import Frame
-from atlasphys.viewer.overlays import typical
 from atlasphys.viewer.sun import DIRECTION
 
 if TYPE_CHECKING:
@@ -66,7 +64,7 @@ class Look:
 
     def refresh(self, frame: Frame) -> None:
         """Fit the shadows to the scene."""
-        middle, radius = extent(frame)
+        middle, radius = extent(frame, self._page.stage.scale.width)
         if not self._page.shown.shadows:
             radius = 0.0
         grown = radius > self._radius * CHANGE or radius * CHANGE < self._radius
@@ -86,14 +84,15 @@ def _with(text: str, name: str, value: Any) -> str:
     return re.sub(rf"\b{name}\b", f"{value:.6g}", text)
 
 
-def extent(frame: Frame) -> tuple[Any, float]:
-    """(3,) the middle of the bodies, and the radius about it that holds nearly all of them: what has flown far away is left out [m]."""
-    rows = [row for row, entry in enumerate(frame.table.entries) if not isinstance(entry.shape, Plane)]
-    places = frame.position[rows]
-    places = places[~np.isnan(places[:, 0])]
-    width = typical(frame.table).width
+def extent(frame: Frame, width: float) -> tuple[Any, float]:
+    """(3,) the middle of the bodies, and the radius about it that holds nearly all of them: what has flown far away is left out [m].
+
+    Args:
+        frame: a moment.
+        width: of a typical body, by which the radius is widened [m].
+    """
+    places = frame.position[~frame.table.is_plane & ~np.isnan(frame.position[:, 0])]
     if len(places) == 0:
         return np.zeros(3), 4 * width
     low, high = np.quantile(places, (0.02, 0.98), axis=0)
-    middle = 0.5 * (low + high)
-    return middle, float(np.sqrt(((high - low) ** 2).sum())) / 2 + 4 * width
+    return 0.5 * (low + high), float(np.sqrt(((high - low) ** 2).sum())) / 2 + 4 * width

@@ -25,10 +25,11 @@ from atlasphys.viewer.gui.stage import Stage
 from atlasphys.viewer.gui.timeline import Timeline
 from atlasphys.viewer.gui.transport import Transport
 from atlasphys.viewer.gui.world import WorldSettings
+from atlasphys.viewer.meter import Beat
 from atlasphys.viewer.simulation import Model, Simulation
 
 FRAME_TIME = 1 / 30
-"""Least time between two drawings [s]."""
+"""Time between two drawings [s]."""
 
 PANEL_WIDTH = 450
 """Of the panel beside the scene [pixels]."""
@@ -212,11 +213,12 @@ class Page:
 
     def _paint(self) -> None:
         drawn: Frame | None = None
-        refreshed = 0.0
-        while not self._ended.is_set():
+        refreshed, beat = 0.0, Beat(FRAME_TIME)
+        while not self._ended.wait(beat.wait(time.perf_counter())):
             start = time.perf_counter()
             frame = self.simulation.frame if self._dirty else self.simulation.wait_for_news(drawn or self.frame, 0.1)
             if frame is not drawn or self._dirty:
+                beat.tick(start)
                 self._dirty = False
                 with self.server.atomic():
                     self.stage.draw(frame)
@@ -228,4 +230,3 @@ class Page:
                 with self.server.atomic():
                     for part in self.parts:
                         part.refresh(frame)
-            self._ended.wait(max(0.0, FRAME_TIME - (time.perf_counter() - start)))

@@ -38,7 +38,7 @@ class Stage:
         self._nodes: list[tuple[shapes.Batch, Any]] = []
         self._planes: list[tuple[int, Any]] = []
         self._lines: dict[str, Any] = {}
-        self._own = np.empty((0, 3), np.uint8)
+        self._own = self._colour = np.empty((0, 3), np.uint8)
         self.scale = overlays.Scale(1.0, 1.0)
         self._generation = 0
         self._axes = self._scene.add_frame("/axes", axes_length=1.0, axes_radius=0.02, visible=False)
@@ -67,12 +67,15 @@ class Stage:
         colour = colours.shown_colours(
             frame, self._own, by_island=shown.islands, mark_sleeping=shown.sleeping, selected=row
         )
+        new_colours = not np.array_equal(colour, self._colour)
+        self._colour = colour
         for batch, node in self._nodes:
             position, orientation = batch.poses(frame)
             # Rounded as they are sent, so that what did not change is recognised.
             node.batched_positions = position.astype(np.float32)
             node.batched_wxyzs = orientation.astype(np.float32)
-            node.batched_colors = _tinted(batch, colour)
+            if new_colours:
+                node.batched_colors = _tinted(batch, colour)
         self._draw_planes(frame)
         self._axes.visible = shown.axes
         self._draw_overlays(frame, row)
@@ -84,6 +87,7 @@ class Stage:
         for _, grid in self._planes:
             grid.remove()
         self._table, self._own = frame.table, colours.own_colours(frame.table)
+        self._colour = self._own
         self.scale = overlays.typical(frame.table)
         self._generation += 1
         self._nodes = [
@@ -210,7 +214,7 @@ class Stage:
 
     def _draw_joints(self, frame: Frame) -> None:
         lines = NO_LINES
-        if self._page.shown.joints:
+        if self._page.shown.joints and frame.joints is not None and len(frame.joints.table):
             width = MARK * self.scale.width
             lines = joint_lines(frame, overlays.centers(frame), width, self._page.selected_joint)
         for name, points in lines._asdict().items():
