@@ -281,8 +281,8 @@ def test_arrows_and_other_switches(demo):
     demo.tab_of("Show")
     names = {
         "Velocity arrows": "velocity",
-        "Mass × acceleration arrows": "force",
-        "Contact impulse arrows": "impulse",
+        "m × a arrows": "force",
+        "Impulse arrows": "impulse",
         "Contact points": "contacts",
         "Contact normals": "normals",
         "Bounding boxes": "boxes",
@@ -515,7 +515,7 @@ def test_a_recording_is_replayed(browser, tmp_path):
         driver.button("Back")
         until(lambda: driver.viewer.frame.steps == 58)
         driver.tab_of("Show")
-        driver.field("Contact impulse arrows").check()
+        driver.field("Impulse arrows").check()
         until(lambda: "impulse" in driver.viewer.stage._lines)
         assert driver.viewer.frame.contact_count == 12
         driver.fill("Speed", 5)

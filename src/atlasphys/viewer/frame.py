@@ -86,10 +86,14 @@ class Frame:
     joints: JointsNow | None = None
     """None of a recording that holds none."""
     running: bool = False
+    is_recorded: bool = False
+    """Whether it is of a recording."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     """The world's settings by name, with ``dt`` and ``speed``."""
     energy: tuple[float, float] | None = None
     """Kinetic and potential [J]; None if it was not asked for."""
+    kinetic: tuple[int, float] | None = None
+    """Id and kinetic energy, with that of the rotation [J], of the body that was asked for, if it is dynamic."""
     momentum: Array | None = None
     """(3,) [kg m/s]; None if it was not asked for."""
     stages: Mapping[str, float] = field(default_factory=dict)

@@ -29,8 +29,8 @@ WAYS = ("auto", "page", "proxy", "picture", "film")
 """How a world can be shown."""
 
 FRAME = """<div><iframe src="URL" width="100%" height="HEIGHT" style="border:0"></iframe>
-<div style="display:none;padding:1em;border:1px solid">Nothing answers at URL. The page is served on the machine where the kernel runs, and this browser
-seems to be on another. There, <code>world.view(inline="picture")</code> and <code>world.view(inline="film")</code> show a picture or a film;
+<div style="display:none;padding:1em;border:1px solid">Nothing answers at URL.
+The page is served on the machine where the kernel runs, and this browser seems to be on another. There, <code>world.view(inline="picture")</code> and <code>world.view(inline="film")</code> show a picture or a film;
 <code>world.view(inline="proxy")</code> the page, where the notebook server has jupyter-server-proxy.</div>
 <img src="data:," style="display:none" onerror="const parts = this.parentElement.children;
 fetch('URL', {mode: 'no-cors'}).catch(function () { parts[0].style.display = 'none'; parts[1].style.display = ''; })"></div>"""
@@ -48,7 +48,9 @@ def show(world: World, *, inline: str = "auto", seconds: float = 5.0, port: int 
             )
         _display_html(_picture(world, height) if way == "picture" else _film(world, height, seconds))
         if inline == "auto":
-            print("This notebook runs elsewhere; docs/viewer.md says how the interactive page can be reached from there.")
+            print(
+                "This notebook runs elsewhere; docs/viewer.md says how the interactive page can be reached from there."
+            )
         return None
     from atlasphys.viewer.gui.page import Page
 

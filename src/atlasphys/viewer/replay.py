@@ -52,7 +52,8 @@ class Replay:
         self._meter = Meter()
         self.table = _table(self.recording)
         self.joint_wanted: int | None = None
-        """As of a session; a recording knows no forces of joints."""
+        self.body_wanted: int | None = None
+        """As of a session; a recording knows neither forces of joints nor moments of inertia."""
         self._joints = _joint_table(self.recording, self.table)
         ends = [[joint.get(side, WORLD) for side in "ab"] for joint in self.recording.joints]
         self._joint_bodies = np.array(ends, np.int32).reshape(-1, 2)
@@ -202,6 +203,7 @@ class Replay:
             joints=self._joints_now(step),
             contact_count=0 if contacts is None else len(contacts),
             running=self.running,
+            is_recorded=True,
             settings={"speed": self.speed},
             real_time_factor=self._meter.real_time_factor if self.running else 0.0,
             title=self.recording.path.name,

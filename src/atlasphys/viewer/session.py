@@ -26,6 +26,7 @@ from atlasphys.viewer.meter import Meter
 from atlasphys.world.arguments import bounded_vector, in_range
 from atlasphys.world.body import Body
 from atlasphys.world.joint import Joint
+from atlasphys.world.rotation import conjugate, rotate
 from atlasphys.world.settings import LONGEST_STEP, SHORTEST_STEP
 from atlasphys.world.world import World
 
@@ -63,6 +64,8 @@ class Session:
         """Whether frames shall hold contacts, and energy and momentum, which cost time."""
         self.joint_wanted: int | None = None
         """Id of the joint whose state frames shall hold."""
+        self.body_wanted: int | None = None
+        """Id of the body whose kinetic energy they shall hold."""
         self.speed = 1.0
         """Simulated seconds per second that are aimed at."""
         self.changes = 0
@@ -452,6 +455,19 @@ class Session:
             self._last_totals = now, self.changes, totals
         return totals
 
+    def _kinetic(self) -> tuple[int, float] | None:
+        identity = self.body_wanted
+        row = self.table().row(identity)
+        if identity is None or row is None or not self.table().is_dynamic[row]:
+            return None
+        body = self.world.bodies[row]
+        axes, orientation, spin = (
+            np.array([v], np.float64) for v in (body.principal_axes, body.orientation, body.angular_velocity)
+        )
+        about = rotate(conjugate(axes), rotate(conjugate(orientation), spin))[0]
+        velocity = body.velocity.astype(np.float64)
+        return identity, 0.5 * float(body.mass * (velocity @ velocity) + body.inertia @ about**2)
+
     def frame(self) -> Frame:
         """The present moment."""
         world, bodies = self.world, self.world.bodies
@@ -472,6 +488,7 @@ class Session:
             contacts=np.array(world.contacts) if self.contacts_wanted else None,
             contact_count=world.contact_count,
             joints=self.joints(),
+            kinetic=self._kinetic(),
             running=self.running,
             settings=self.settings(),
             energy=energy,

@@ -81,7 +81,12 @@ PLACES_OF = {
 }  # fmt: skip
 """Which of them each kind of joint has."""
 
-FIRST_AXIS = {"slider": (1.0, 0.0, 0.0), "six_dof": (1.0, 0.0, 0.0), "universal": (1.0, 0.0, 0.0), "wheel": (0.0, 1.0, 0.0)}
+FIRST_AXIS = {
+    "slider": (1.0, 0.0, 0.0),
+    "six_dof": (1.0, 0.0, 0.0),
+    "universal": (1.0, 0.0, 0.0),
+    "wheel": (0.0, 1.0, 0.0),
+}
 GEARS = {"axis_b": (0.0, 0.0, 1.0)}
 
 
@@ -95,7 +100,9 @@ def join_dialog(page: Page, client: Any) -> None:
         gui = dialog.gui
         titles = {kind.__name__: kind for kind in KINDS}
         chosen = gui.add_dropdown("Kind", tuple(titles), initial_value="Hinge", hint="docs/joints.md describes them")
-        end_a = gui.add_dropdown("Body a", tuple(ids), initial_value=first_a, hint="Or select two bodies, one after the other, before")
+        end_a = gui.add_dropdown(
+            "Body a", tuple(ids), initial_value=first_a, hint="Or select two bodies, one after the other, before"
+        )
         end_b = gui.add_dropdown("Body b", tuple(ids), initial_value=first_b, hint="What is selected")
         name = gui.add_text("Joint name", "", hint="May be left empty")
         folder = gui.add_folder(None)
@@ -170,7 +177,13 @@ class _JointFields:
 
 
 def _default(field: Any) -> Any:
-    return field.default if field.default is not dataclasses.MISSING else field.default_factory() if callable(field.default_factory) else None
+    return (
+        field.default
+        if field.default is not dataclasses.MISSING
+        else field.default_factory()
+        if callable(field.default_factory)
+        else None
+    )
 
 
 def _near(frame: Frame, a: int | None, b: int | None) -> dict[str, Any]:

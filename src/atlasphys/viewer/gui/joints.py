@@ -17,13 +17,6 @@ NONE = "(none)"
 MOST_LISTED = 500
 """Most joints in the list at once; a filter finds the others."""
 
-ON_TOP = """<img src="data:," style="display:none" onerror="window.__atlasJoints = window.__atlasJoints || setInterval(function () {
-  const nodes = (window.__viserMutable || {}).nodeRefFromName || {};
-  for (const name in nodes) if (name.startsWith('/overlays/joint ') && nodes[name]) nodes[name].traverse(function (one) {
-    if (one.material && one.material.depthTest) {
-      one.material.depthTest = false; one.material.transparent = true; one.renderOrder = 10; }}); }, 200)">"""
-"""Draws joints in front of the bodies, which would hide them. The page has no setting for it; without it they are seen outside of bodies only."""
-
 
 class Joints:
     """The tab about joints."""
@@ -46,7 +39,6 @@ class Joints:
         gui.add_button("Join two bodies…", color="blue", hint="U on the keyboard").on_click(
             lambda event: join_dialog(page, event.client)
         )
-        gui.add_html(ON_TOP)
 
     def act(self, what: str, client: Any) -> None:
         """Edit or remove the selected joint."""

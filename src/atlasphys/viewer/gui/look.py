@@ -1,4 +1,5 @@
-"""How the page looks where its own interface has no setting: true colours, shadows over the whole scene, a background, tabs in one row.
+"""How the page looks where its own interface has no setting: true colours, shadows over the whole scene, a background, tabs in one
+row, joints in front of bodies.
 
 A snippet in the page sets them, on objects that viser keeps for its own tests. Where these are not there, the page is paler and has no shadows.
 """
@@ -48,6 +49,14 @@ window.__atlasLook = window.__atlasLook || setInterval(function () {
     viser.requestRender(); }); }, 150)">"""
 
 
+ON_TOP = """<img src="data:," style="display:none" onerror="window.__atlasJoints = window.__atlasJoints || setInterval(function () {
+  const nodes = (window.__viserMutable || {}).nodeRefFromName || {};
+  for (const name in nodes) if (name.startsWith('/overlays/joint ') && nodes[name]) nodes[name].traverse(function (one) {
+    if (one.material && one.material.depthTest) {
+      one.material.depthTest = false; one.material.transparent = true; one.renderOrder = 10; }}); }, 200)">"""
+"""Draws joints in front of the bodies, which would hide them. The page has no setting for it; without it they are seen outside of bodies only."""
+
+
 class Look:
     """The snippet, and the sun's place: made anew when the scene has become larger or smaller."""
 
@@ -55,6 +64,7 @@ class Look:
         self._page = page
         self._style = page.server.gui.add_html("")
         self._sun = page.server.gui.add_html("")
+        page.server.gui.add_html(ON_TOP)
         self._middle, self._radius = np.zeros(3), 0.0
         self.apply_theme()
 

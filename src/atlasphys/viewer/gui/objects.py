@@ -45,7 +45,7 @@ class Objects:
         gui.add_button("Add an object…", color="blue").on_click(lambda event: add_dialog(page, event.client))
         quick = gui.add_button_group("Quick", ("Add a cube", "Add a sphere"))
         quick.on_click(lambda event: self.quick_add(event.target.value.split()[-1], event.client))
-        gui.add_button("Clear: delete all but planes").on_click(
+        gui.add_button("Clear: delete all but planes", color="gray").on_click(
             lambda event: page.do(lambda session: session.clear(), event.client)
         )
 
@@ -133,7 +133,7 @@ def describe(frame: Frame, row: int | None) -> str:
         height = -float(frame.gravity @ centers(frame)[row])
         rows += [
             ("mass", f"{entry.mass:.6g} kg"),
-            ("kinetic energy (linear)", f"{0.5 * entry.mass * speed**2:.5g} J"),
+            _kinetic(frame, entry.id, 0.5 * entry.mass * speed**2),
             ("potential energy", f"{entry.mass * height:.5g} J"),
             ("asleep", "yes" if frame.asleep[row] else "no"),
         ]
@@ -151,6 +151,13 @@ def describe(frame: Frame, row: int | None) -> str:
     )
     title = f"<b>{html.escape(entry.label)}</b>"
     return f"<div style='font-size:0.82em;line-height:1.4;padding:0.2em 0.9em'>{title}<table>{cells}</table></div>"
+
+
+def _kinetic(frame: Frame, identity: int, linear: float) -> tuple[str, str]:
+    """The kinetic energy with that of the rotation, if it is known."""
+    if frame.kinetic is None or frame.kinetic[0] != identity:
+        return "kinetic energy (linear)", f"{linear:.5g} J"
+    return "kinetic energy", f"{frame.kinetic[1]:.5g} J, {frame.kinetic[1] - linear:.3g} J of it rotation"
 
 
 def _vector(vector: Any, unit: str) -> str:

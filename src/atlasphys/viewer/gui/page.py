@@ -186,9 +186,10 @@ class Page:
     def update_wanted(self) -> None:
         """Tell the model what frames must hold."""
         contacts, totals = self.shown.needs_contacts or self.selected is not None, self.shown.plots
+        selected = self.selected
 
         def want(model: Any) -> None:
-            model.contacts_wanted, model.totals_wanted = contacts, totals
+            model.contacts_wanted, model.totals_wanted, model.body_wanted = contacts, totals, selected
             model.changes += 1
 
         self.do(want)

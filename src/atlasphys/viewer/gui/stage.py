@@ -54,7 +54,9 @@ class Stage:
             "/lights/sky", sky_color=(255, 255, 255), ground_color=(165, 160, 155), intensity=1.9
         )
         # The page would cast its shadows no farther than 20 m from the camera; see look.py.
-        self._scene.add_light_directional("/lights/sun", color=(255, 250, 242), intensity=2.0, position=tuple(DIRECTION))
+        self._scene.add_light_directional(
+            "/lights/sun", color=(255, 250, 242), intensity=2.0, position=tuple(DIRECTION)
+        )
 
     # Bodies ----------------------------------------------------------------------------------------------------------
 
@@ -167,7 +169,7 @@ class Stage:
             normal = np.array(entry.shape.normal)
             grid = self._scene.add_grid(
                 f"/planes/{self._generation}/{row}", 2 * reach, 2 * reach, plane="xz", cell_size=cell, section_size=10 * cell,
-                fade_distance=reach, fade_strength=0.25, fade_from="origin", shadow_opacity=SHADOW,
+                fade_distance=reach, fade_strength=0.12, fade_from="origin", shadow_opacity=SHADOW,
                 wxyz=_from_y_to(normal), position=tuple(entry.shape.offset * normal),
             )  # fmt: skip
             self._planes.append((row, grid))
