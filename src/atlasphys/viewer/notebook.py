@@ -30,8 +30,9 @@ WAYS = ("auto", "page", "proxy", "picture", "film")
 
 FRAME = """<div><iframe src="URL" width="100%" height="HEIGHT" style="border:0"></iframe>
 <div style="display:none;padding:1em;border:1px solid">Nothing answers at URL.
-The page is served on the machine where the kernel runs, and this browser seems to be on another. There, <code>world.view(inline="picture")</code> and <code>world.view(inline="film")</code> show a picture or a film;
-<code>world.view(inline="proxy")</code> the page, where the notebook server has jupyter-server-proxy.</div>
+The page is served on the machine where the kernel runs, and this browser seems to be on another. There, a world is shown by
+<code>world.view(inline="picture")</code> or <code>world.view(inline="film")</code>, or its page by
+<code>world.view(inline="proxy")</code>, where the notebook server has jupyter-server-proxy.</div>
 <img src="data:," style="display:none" onerror="const parts = this.parentElement.children;
 fetch('URL', {mode: 'no-cors'}).catch(function () { parts[0].style.display = 'none'; parts[1].style.display = ''; })"></div>"""
 """A page in a notebook, or what to do where the browser does not reach it."""

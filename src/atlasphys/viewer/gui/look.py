@@ -51,10 +51,10 @@ window.__atlasLook = window.__atlasLook || setInterval(function () {
 
 ON_TOP = """<img src="data:," style="display:none" onerror="window.__atlasJoints = window.__atlasJoints || setInterval(function () {
   const nodes = (window.__viserMutable || {}).nodeRefFromName || {};
-  for (const name in nodes) if (name.startsWith('/overlays/joint ') && nodes[name]) nodes[name].traverse(function (one) {
+  for (const name in nodes) if (/^.overlays.(joint |centers)/.test(name) && nodes[name]) nodes[name].traverse(function (one) {
     if (one.material && one.material.depthTest) {
       one.material.depthTest = false; one.material.transparent = true; one.renderOrder = 10; }}); }, 200)">"""
-"""Draws joints in front of the bodies, which would hide them. The page has no setting for it; without it they are seen outside of bodies only."""
+"""Draws joints and centres of mass in front of the bodies, which would hide them. Without it they are seen outside of bodies only."""
 
 
 class Look:

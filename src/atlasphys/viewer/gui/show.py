@@ -12,7 +12,10 @@ SWITCHES = {
     "grid": ("Grid", "Lines on the planes"),
     "axes": ("Coordinate axes", "x red, y green, z blue"),
     "velocity": ("Velocity arrows", "Blue; 0.25 m for each m/s"),
-    "force": ("m × a arrows", "Mass times acceleration, green; as long as a body is wide where it is the typical weight"),
+    "force": (
+        "m × a arrows",
+        "Mass times acceleration, green; as long as a body is wide where it is the typical weight",
+    ),
     "impulse": ("Impulse arrows", "Of contacts, red; on each body, from each contact point"),
     "contacts": ("Contact points", "Orange"),
     "normals": ("Contact normals", "Violet; from body a to body b"),
