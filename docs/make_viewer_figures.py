@@ -47,7 +47,7 @@ def main() -> None:
 
     def live(page: Page, tab: Any) -> None:
         page.do(lambda session: session.step(95)).result()
-        look_near(page, (4.6, 3.4, 5.4), (1.7, 0.7, 0.3))
+        look_near(page, (5.6, 4.0, 6.9), (1.4, 0.8, 0.2))
         select(page, "cube 2")
 
     def pit(page: Page, tab: Any) -> None:
@@ -68,6 +68,8 @@ def main() -> None:
     def dialog(page: Page, tab: Any) -> None:
         page.do(lambda session: session.step(60)).result()
         tab.get_by_role("button", name="Add an object…").click()
+        time.sleep(1.0)
+        tab.get_by_role("dialog").get_by_role("heading").click()  # closes the list of shapes
 
     with sync_playwright() as driver, tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         browser = driver.chromium.launch_persistent_context(

@@ -53,7 +53,7 @@ ON_TOP = """<img src="data:," style="display:none" onerror="window.__atlasJoints
   const nodes = (window.__viserMutable || {}).nodeRefFromName || {};
   for (const name in nodes) if (/^.overlays.(joint |centers)/.test(name) && nodes[name]) nodes[name].traverse(function (one) {
     if (one.material && one.material.depthTest) {
-      one.material.depthTest = false; one.material.transparent = true; one.renderOrder = 10; }}); }, 200)">"""
+      one.material.depthTest = false; one.material.transparent = true; one.renderOrder = /selected$/.test(name) ? 11 : 10; }}); }, 200)">"""
 """Draws joints and centres of mass in front of the bodies, which would hide them. Without it they are seen outside of bodies only."""
 
 
@@ -76,9 +76,10 @@ class Look:
         """Fit the shadows to the scene."""
         middle, radius = extent(frame, self._page.stage.scale.width)
         if not self._page.shown.shadows:
-            radius = 0.0
-        grown = radius > self._radius * CHANGE or radius * CHANGE < self._radius
-        if grown or np.sqrt(((middle - self._middle) ** 2).sum()) > 0.25 * self._radius:
+            middle, radius = np.zeros(3), 0.0
+        resized = radius > self._radius * CHANGE or radius * CHANGE < self._radius
+        moved = np.sqrt(((middle - self._middle) ** 2).sum()) > 0.25 * self._radius
+        if resized or moved or not self._sun.content:
             self._middle, self._radius = middle, radius
             toward = DIRECTION / np.sqrt((DIRECTION**2).sum())
             values = dict(zip("XYZ", middle, strict=True), RADIUS=1.3 * radius, PIXELS=SHADOW_PIXELS)

@@ -64,7 +64,7 @@ class Objects:
     def quick_add(self, what: str, client: Any = None) -> None:
         """Add a cube or a sphere above all there is."""
         frame = self._page.frame
-        entry = quick_body(what, world_box(frame)[1], frame.gravity)
+        entry = quick_body(what, world_box(frame)[1])
         self._page.do(lambda session: session.add(entry), client).add_done_callback(self._select_new)
 
     def _select_new(self, done: Any) -> None:

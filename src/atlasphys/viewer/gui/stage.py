@@ -220,7 +220,7 @@ class Stage:
             width = MARK * self.scale.width
             lines = joint_lines(frame, overlays.centers(frame), width, self._page.selected_joint)
         for name, points in lines._asdict().items():
-            self._segments(f"joint {name}", points, colours.JOINTS[name])
+            self._segments(f"joint {name}", points, colours.JOINTS[name], 4.0 if name == "selected" else 2.5)
 
     def _arrows(self, name: str, points: Any, colour: tuple[int, int, int]) -> None:
         width = self.scale.width
@@ -237,10 +237,10 @@ class Stage:
 
         self._put(name, points, make)
 
-    def _segments(self, name: str, points: Any, colour: tuple[int, int, int]) -> None:
+    def _segments(self, name: str, points: Any, colour: tuple[int, int, int], thickness: float = 2.0) -> None:
         def make() -> Any:
             return self._scene.add_line_segments(
-                f"/overlays/{name}", points, colour, thickness=2.0, thickness_units="screen"
+                f"/overlays/{name}", points, colour, thickness=thickness, thickness_units="screen"
             )
 
         self._put(name, points, make)
