@@ -358,6 +358,8 @@ def test_joints_are_made_by_dialog_and_selected_by_click(browser):
         tab.mouse.click(*page.screen((1, 2, 0)))
         until(lambda: page.viewer.selected_joint == pivot.id, "the click to select")
         assert page.viewer.selected is None
+        page.tab_of("Objects")
+        page.sees("Selected joint 0: Hinge 'pivot'")
         tab.keyboard.press("Delete")
         until(lambda: page.ask(lambda session: len(session.world.joints)) == 0)
         assert page.count() == 2

@@ -94,7 +94,7 @@ class Objects:
             self._list.options = (*self._list.options, label)
         if self._list.value != label:
             self._list.value = label
-        self._info.content = describe(frame, row)
+        self._info.content = describe(frame, row) + selected_joint(frame, page.selected_joint)
 
     def _label(self, table: Table, row: int) -> str:
         return f"{row}: {table.entries[row].label}"
@@ -109,6 +109,15 @@ class Objects:
         ]
         self._ids = dict(listed[:MOST_LISTED])
         self._list.options = (NONE, *self._ids)
+
+
+def selected_joint(frame: Frame, identity: int | None) -> str:
+    """Which joint is selected, as HTML: a click may have chosen it while another tab is open."""
+    row = None if frame.joints is None else frame.joints.table.row(identity)
+    if frame.joints is None or row is None:
+        return ""
+    label = html.escape(frame.joints.table.entries[row].label)
+    return f"<div style='font-size:0.82em;padding:0.2em 0.9em'><b>Selected joint</b> {label}</div>"
 
 
 def describe(frame: Frame, row: int | None) -> str:
