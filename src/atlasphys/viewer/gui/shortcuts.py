@@ -29,7 +29,8 @@ def add_shortcuts(page: Page) -> None:
     lines = "\n".join(f"| {key} | {label} |" for key, label in (*rows, *OWN_KEYS))
     gui.add_markdown(f"| key | what it does |\n|---|---|\n{lines}")
     gui.add_markdown(
-        "Keys act while no field is being typed in. Click on a body, or on a line of a joint, to select it. Numbers that the world refuses are refused with the reason; nothing is changed then."
+        "Keys act while no field is being typed in. Click on a body, or on a line of a joint, to select it. "
+        "Numbers that the world refuses are refused with the reason; nothing is changed then."
     )
 
 
