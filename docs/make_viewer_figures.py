@@ -32,8 +32,7 @@ def main() -> None:
         time.sleep(2.0)
         prepare(page, tab)
         time.sleep(2.0)
-        for button in tab.locator(".mantine-Notification-closeButton").all():
-            button.click()
+        tab.evaluate("document.querySelectorAll('.mantine-Notification-closeButton').forEach(button => button.click())")
         time.sleep(1.5)
         tab.screenshot(path=FIGURES / f"{name}.png")
         tab.close()
@@ -48,29 +47,39 @@ def main() -> None:
 
     def live(page: Page, tab: Any) -> None:
         page.do(lambda session: session.step(95)).result()
-        look_near(page, (6.5, 4.2, 7.6), (2.6, 1.2, 0.0))
+        look_near(page, (5.6, 4.0, 6.9), (1.4, 0.8, 0.2))
         select(page, "cube 2")
 
     def pit(page: Page, tab: Any) -> None:
         page.do(lambda session: session.step(150)).result()
-        look_near(page, (3.6, 13.0, 4.2), (1.4, 0.5, 0.0))
+        look_near(page, (2.6, 13.0, 4.4), (0.0, 1.5, 0.0))
         page.do(Session.start).result()
         tab.get_by_role("tab", name="Plots").click()
         time.sleep(8.0)
         page.do(Session.stop).result()
 
+    def car(page: Page, tab: Any) -> None:
+        page.do(lambda session: session.step(60)).result()
+        x, y, z = page.do(lambda session: session.world.bodies["chassis"].position).result()
+        look_near(page, (x + 2.6, y + 1.8, z + 3.4), (x + 0.1, y - 0.1, z))
+        tab.get_by_role("tab", name="Joints").click()
+        page.select_joint(page.frame.joints.table.entries[3].id)
+
     def dialog(page: Page, tab: Any) -> None:
         page.do(lambda session: session.step(60)).result()
         tab.get_by_role("button", name="Add an object…").click()
+        time.sleep(1.0)
+        tab.get_by_role("dialog").get_by_role("heading").click()  # closes the list of shapes
 
     with sync_playwright() as driver, tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         browser = driver.chromium.launch_persistent_context(
-            profile, executable_path=chromium(), args=FLAGS, headless=True, viewport={"width": 1200, "height": 720}
+            profile, executable_path=chromium(), args=FLAGS, headless=True, viewport={"width": 1280, "height": 720}
         )
         demo = ap.load_scene("demo")
         arrows = Shown(velocity=True, force=True, impulse=True)
         take("viewer_demo", Session.from_scene(demo), arrows, live)
         take("viewer_plots", Session.from_scene(ap.load_scene("sphere_pit")), Shown(), pit, dark=True)
+        take("viewer_joints", Session.from_scene(ap.load_scene("suspension")), Shown(), car, dark=True)
         take("viewer_dialog", Session.from_scene(demo), Shown(), dialog)
         browser.close()
     picture()

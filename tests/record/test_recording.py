@@ -353,3 +353,67 @@ def test_a_recording_replaces_recordings_but_no_other_file(tmp_path):
         with ap.Recorder(tmp_path / "a.h5", world):
             pass
     assert len(ap.Recording(tmp_path / "a.h5")) == 0
+
+
+def swinging_world():
+    """Three balls in a row; the first two hang from the world by a ball joint and a rod."""
+    world = small_world()
+    balls = list(world.bodies)
+    world.join(ap.Ball(None, balls[0], anchor=(0, 1, 0)), name="top")
+    world.join(ap.Distance(balls[0], balls[1], length=2))
+    return world, balls
+
+
+def test_joints_and_what_they_do_are_recorded(tmp_path):
+    path = tmp_path / "a.h5"
+    world, balls = swinging_world()
+    top, rod = world.joints
+    steps = [
+        lambda: None,
+        lambda: setattr(rod, "enabled", False),
+        lambda: world.join(ap.Hinge(balls[1], balls[2], anchor=(0, 0, 0), axis=(0, 0, 1), limits=(-1, 1))),
+        lambda: world.remove(top),
+        lambda: world.remove(balls[2]),
+    ]
+    with ap.Recorder(path, world) as recorder:
+        for step in steps:
+            step()
+            for _ in range(60):  # more than are written together
+                recorder.record()
+    with ap.Recording(path) as recording:
+        assert [(joint["type"], joint.get("a"), joint["b"]) for joint in recording.joints] == [
+            ("ball", None, 0), ("distance", 0, 1), ("hinge", 1, 2)
+        ]  # fmt: skip
+        assert (recording.joints[0]["name"], recording.joints[1]["length"]) == ("top", 2)
+        states = [recording.joint_states(60 * k + 59).tolist() for k in range(5)]
+        assert states == [[2, 2, 0], [2, 1, 0], [2, 1, 2], [0, 1, 2], [0, 1, 0]]
+        assert states == [recording.joint_states(60 * k).tolist() for k in range(5)]
+        with pytest.raises(IndexError):
+            recording.joint_states(300)
+
+
+def test_recordings_of_earlier_versions_have_no_joints(tmp_path):
+    path = tmp_path / "a.h5"
+    record(path, 60)
+    spoil(path, remove("joints"))
+    spoil(path, remove("joint_state"))
+    with ap.Recording(path) as recording:
+        assert recording.joints == ()
+        assert recording.joint_states(3).tolist() == []
+        assert recording.poses(3).positions.shape == (3, 3)
+
+
+def test_damaged_joints_are_refused(tmp_path):
+    path = tmp_path / "a.h5"
+    world, _ = swinging_world()
+    record(path, 3, world)
+    spoil(path, lambda file: file["joint_state"].resize(1, axis=1))
+    with ap.Recording(path) as recording, pytest.raises(ap.RecordingError, match="states of 1 joints"):
+        recording.joint_states(0)
+
+    def other_body(file):
+        file["joints"][0] = '{"type": "ball", "b": 7}'
+
+    spoil(path, other_body)
+    with ap.Recording(path) as recording, pytest.raises(ap.RecordingError, match="bodies that are not there"):
+        recording.joints  # noqa: B018

@@ -38,7 +38,7 @@ def browser(tmp_path_factory):
             executable_path=program,
             args=FLAGS,
             headless=True,
-            viewport={"width": 1040, "height": 540},
+            viewport={"width": 1240, "height": 540},
         )
         context.set_default_timeout(10_000)
         yield context

@@ -1,5 +1,6 @@
 """The ways into the viewer: the command, the notebook, and what is said when something is missing."""
 
+import base64
 import sys
 import urllib.request
 
@@ -38,6 +39,68 @@ def test_view_shows_a_copy_and_leaves_the_world_alone(capsys):
         assert world.state_hash() == before
     finally:
         page.close()
+
+
+@pytest.fixture
+def displayed(monkeypatch):
+    """What is displayed in what seems to be a notebook, as HTML."""
+    notebook, shown = pytest.importorskip("atlasphys.viewer.notebook"), []
+    monkeypatch.setattr(notebook, "_in_notebook", lambda: True)
+    monkeypatch.setattr(notebook, "_display_html", shown.append)
+    monkeypatch.delenv("JUPYTERHUB_SERVICE_PREFIX", raising=False)
+    return shown
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the picture needs no display on Linux only")
+def test_a_notebook_that_runs_elsewhere_shows_a_picture_or_a_film(displayed, monkeypatch, capsys):
+    for package in ("pyvista", "imageio_ffmpeg", "viser"):
+        pytest.importorskip(package)
+    from tests.viewer.test_render import can_draw
+
+    if not can_draw():
+        pytest.skip("there is no OpenGL")
+    world = small_world()
+    before = world.state_hash()
+    assert world.view(inline="picture", height=90) is None
+    assert world.view(inline="film", seconds=0.1, height=90) is None
+    assert [text.split(";base64,")[0].split("data:")[1] for text in displayed] == ["image/png", "video/mp4"]
+    assert base64.b64decode(displayed[0].split("base64,")[1].split('"')[0]).startswith(b"\x89PNG")
+    assert b"ftyp" in base64.b64decode(displayed[1].split("base64,")[1].split('"')[0])[:12]
+    assert world.state_hash() == before
+    monkeypatch.setenv("JUPYTERHUB_SERVICE_PREFIX", "/user/ann/")
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert world.view(height=90) is None
+    assert displayed[2].startswith("<img")
+    assert "docs/viewer.md" in capsys.readouterr().out
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: object())
+    page = world.view()
+    try:
+        assert f'src="/user/ann/proxy/{page.server.get_port()}/"' in displayed[3]
+    finally:
+        page.close()
+
+
+def test_a_picture_is_refused_where_there_is_no_notebook():
+    for way, reason in (("picture", "no notebook"), ("film", "no notebook"), ("hologram", "inline")):
+        with pytest.raises(ap.InvalidArgumentError, match=reason):
+            small_world().view(inline=way)
+
+
+def test_a_page_that_is_not_reached_says_what_to_do(displayed, browser, tmp_path):
+    page = small_world().view()
+    tab = browser.new_page()
+    try:
+        (tmp_path / "cell.html").write_text(displayed[0])
+        tab.goto((tmp_path / "cell.html").as_uri())
+        tab.frame_locator("iframe").get_by_role("tab", name="Objects").wait_for()
+        assert not tab.get_by_text("Nothing answers").is_visible()
+        page.close()
+        tab.reload()
+        tab.get_by_text('inline="picture"').wait_for()
+        assert not tab.locator("iframe").is_visible()
+    finally:
+        page.close()
+        tab.close()
 
 
 @pytest.mark.parametrize(

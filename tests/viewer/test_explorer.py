@@ -292,7 +292,7 @@ def test_polygons_are_shown_in_the_plane_and_stay_there(show):
     driver = show(story)
     page = driver.page
     assert page.is_flat
-    client = next(iter(page.server.get_clients().values()))
+    client = until(lambda: next(iter(page.server.get_clients().values()), None))
     until(lambda: abs(client.camera.fov - 0.035) < 0.01)
     for _, handles in page.scene.bodies:
         assert np.ptp(handles[0].vertices[:, 2]) == 0

@@ -1,5 +1,6 @@
 """The page, driven in a real browser as a person would; each test looks at the world as well as at the page."""
 
+import io
 import time
 
 import numpy as np
@@ -281,8 +282,8 @@ def test_arrows_and_other_switches(demo):
     demo.tab_of("Show")
     names = {
         "Velocity arrows": "velocity",
-        "Mass × acceleration arrows": "force",
-        "Contact impulse arrows": "impulse",
+        "m × a arrows": "force",
+        "Impulse arrows": "impulse",
         "Contact points": "contacts",
         "Contact normals": "normals",
         "Bounding boxes": "boxes",
@@ -515,12 +516,44 @@ def test_a_recording_is_replayed(browser, tmp_path):
         driver.button("Back")
         until(lambda: driver.viewer.frame.steps == 58)
         driver.tab_of("Show")
-        driver.field("Contact impulse arrows").check()
+        driver.field("Impulse arrows").check()
         until(lambda: "impulse" in driver.viewer.stage._lines)
         assert driver.viewer.frame.contact_count == 12
         driver.fill("Speed", 5)
         driver.button("Play")
         until(lambda: driver.viewer.frame.steps < 50, "the loop")
+    finally:
+        driver.tab.close()
+        driver.viewer.close()
+
+
+def test_colours_are_true_and_shadows_span_the_scene(browser):
+    """What the snippets of look.py do; a viser without the objects that they use would fail here."""
+    image = pytest.importorskip("PIL.Image")
+    world = ap.World()
+    world.add(ap.Plane())
+    for x in (-40, 0, 40):  # viser's own shadows end 20 m from the camera
+        world.add(ap.Box(size=(4, 4, 4)), position=(x, 2, 0), color="#c03020", kind="static")
+    driver = Driver(Session(world), browser.new_page())
+    try:
+        lights = """() => { const found = []; window.__viserMutable.scene.traverse(one => {
+            if (one.isDirectionalLight) found.push([one.castShadow, one.shadow.camera.right]); }); return found; }"""
+        until(lambda: [cast for cast, _ in driver.tab.evaluate(lights)] == [False])
+        driver.viewer.shown.shadows = True
+        until(lambda: [cast for cast, _ in driver.tab.evaluate(lights)] == [True])
+        assert driver.tab.evaluate(lights)[0][1] > 40
+        driver.viewer.cameras.look(driver.client, "front")
+        driver.client.camera.position, driver.client.camera.look_at = (0, 3, 14), (0, 2, 0)
+        x, y = driver.tab.locator("canvas[data-engine]").bounding_box()["width"] / 2, 270
+
+        def middle():
+            pixels = image.open(io.BytesIO(driver.tab.screenshot())).convert("RGB")
+            return np.array(pixels.crop((int(x) - 4, int(y) - 4, int(x) + 4, int(y) + 4))).reshape(-1, 3).mean(axis=0)
+
+        until(lambda: middle()[0] > 100, "the box in the middle")
+        red, green, blue = middle()
+        assert red / green == pytest.approx(0xC0 / 0x30, rel=0.25)  # 1.9 if taken for shares of light
+        assert red / blue == pytest.approx(0xC0 / 0x20, rel=0.3)
     finally:
         driver.tab.close()
         driver.viewer.close()

@@ -10,6 +10,7 @@ pytest.importorskip("pyvista", reason="pyvista is not installed: pip install 'at
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="imageio-ffmpeg is not installed")
 image = pytest.importorskip("PIL.Image")
 
+from atlasphys.viewer.lines import projected  # noqa: E402
 from atlasphys.viewer.picture import Look, Painter  # noqa: E402
 from atlasphys.viewer.render import Shot, check_output, render_film, render_picture  # noqa: E402
 from atlasphys.viewer.replay import Replay  # noqa: E402
@@ -166,3 +167,81 @@ def test_the_command_renders_without_a_display(recorded, tmp_path, capsys):
         assert said in capsys.readouterr().err
     assert main(["render", str(tmp_path / "none.h5"), str(tmp_path / "b.png")]) == 1
     assert "cannot be read" in capsys.readouterr().err
+
+
+def pendulum(path):
+    """A recording of a small ball that hangs still, by a rod, from a point of the world."""
+    world = ap.World(gravity=(0, 0, 0))
+    ball = world.add(ap.Sphere(radius=0.2), position=(0, 1, 0), color="#808080")
+    world.join(ap.Distance(None, ball, anchor_a=(0, 4, 0)))
+    with ap.Recorder(path, world) as recorder:
+        recorder.record()
+
+
+def test_joints_are_drawn_in_pictures(tmp_path):
+    pendulum(tmp_path / "a.h5")
+    replay = Replay(tmp_path / "a.h5")
+    shot = Shot(replay, position=(0, 2.5, 8), look_at=(0, 2.5, 0))
+    pictures = []
+    for joints in (True, False):
+        render_picture(replay, tmp_path / "a.png", shot, Look(size=(320, 180), joints=joints))
+        pictures.append(np.asarray(image.open(tmp_path / "a.png")).astype(int))
+    replay.close()
+    with_joints, without = pictures
+    differs = np.abs(with_joints - without).max(axis=2) > 60
+    rows, columns = np.nonzero(differs)
+    # The rod is 3 m long, 8 m away, in the middle of the picture.
+    height = 3 / 8 / np.tan(np.radians(25)) / 2 * 180
+    assert abs(np.ptp(rows) - height) < 4
+    assert np.abs(columns - 160).max() <= 2
+    red, green, blue = with_joints[90, 159:162].mean(axis=0)
+    assert red > green > blue + 20  # orange
+
+
+def test_lines_are_projected_as_bodies_are():
+    """Small balls, and the same points by the projection of lines; in perspective, orthographic and from above."""
+    world = ap.World(gravity=(0, 0, 0))
+    places = np.array([(1.0, 0.5, -0.5), (-1.2, 1.0, 0.4), (0.3, -0.8, 1.0)])
+    for place in places:
+        world.add(ap.Sphere(radius=0.08), position=place, color="#ff0000")
+    frame = Session(world).frame()
+    look = Look(size=(320, 180), shadows=False)
+    for position, orthographic in (((2, 3, 5), False), ((2, 3, 5), True), ((0, 6, 0.001), False)):
+        viewpoint = Viewpoint(np.array(position, float), np.zeros(3), 40.0, orthographic)
+        painter = Painter(frame, look)
+        picture = painter.paint(frame, viewpoint).astype(int)
+        painter.close()
+        expected = projected(np.stack([places, places], axis=1), viewpoint, look.size)[:, 0]
+        is_red = picture[:, :, 0] > picture[:, :, 1] + 60
+        rows, columns = np.nonzero(is_red)
+        found = np.stack([columns + 0.5, 180 - (rows + 0.5)], axis=1)
+        nearest = np.sqrt(((found[:, None] - expected) ** 2).sum(axis=2))
+        assert nearest.min(axis=1).max() < 9  # all red is on a ball
+        for k in range(3):
+            middle = found[nearest.argmin(axis=1) == k].mean(axis=0)
+            assert np.abs(middle - expected[k]).max() < 1.5
+
+
+def test_lines_behind_the_camera_are_cut_off():
+    viewpoint = Viewpoint(np.array([0.0, 0.0, 5.0]), np.zeros(3), 90.0)
+    ahead, through, behind = [(0, 0, 0), (1, 0, 0)], [(1, 0, 0), (1, 0, 20)], [(0, 0, 6), (1, 0, 9)]
+    points = projected(np.array([ahead, through, behind], float), viewpoint, (200, 100))
+    assert np.allclose(points[0], [(100, 50), (110, 50)])
+    assert len(points) == 2
+    assert np.allclose(points[1], [(110, 50), (1100, 50)])  # cut at 1/100 of 5 m before the camera
+
+
+def test_a_film_is_taken_from_where_all_of_it_is_seen(tmp_path):
+    world = ap.World(gravity=(0, 0, 0))
+    ball = world.add(ap.Sphere(radius=0.5), velocity=(6, 0, 0))
+    world.add(ap.Sphere(radius=0.5), position=(0, 3, 0))
+    with ap.Recorder(tmp_path / "a.h5", world) as recorder:
+        for _ in range(61):
+            recorder.record()
+            world.step(1 / 60)
+    replay = Replay(tmp_path / "a.h5")
+    assert np.allclose(Shot(replay).at(replay.frame()).look_at, (2.5, 1.5, 0), atol=0.6)
+    assert np.allclose(Shot(replay, moment=0).at(replay.frame()).look_at, (0, 1.5, 0), atol=1e-6)
+    assert np.allclose(Shot(replay, moment=1).at(replay.frame()).look_at, (3, 1.5, 0), atol=1e-3)
+    assert ball.position[0] > 6
+    replay.close()

@@ -8,6 +8,7 @@ import pytest
 
 import atlasphys as ap
 from atlasphys.viewer.history import INTERVAL
+from atlasphys.viewer.meter import Beat
 from atlasphys.viewer.session import EDITABLE, Session
 from atlasphys.viewer.simulation import Simulation
 
@@ -377,3 +378,34 @@ def test_many_threads_may_queue_commands():
         assert simulation.do(lambda session: session.error).result(timeout=10) == ""
     finally:
         simulation.end()
+
+
+def test_a_beat_keeps_to_multiples_of_its_period():
+    """However late each tick is noticed, so many come in a second; what would have been in a longer pause is left out."""
+    beat, now, ticks = Beat(0.1), 50.0, []
+    delays = np.random.default_rng(1).uniform(0, 0.09, 100)
+    for delay in delays:
+        now += beat.wait(now) + delay
+        assert beat.wait(now) == 0
+        beat.tick(now)
+        ticks.append(now)
+    assert abs((ticks[-1] - ticks[0]) - 9.9) < 0.1
+    now += 5.0
+    beat.tick(now)
+    assert beat.wait(now) == pytest.approx(0.1)
+
+
+def test_the_kinetic_energy_of_a_body_holds_its_rotation():
+    world = ap.World(gravity=(0, 0, 0))
+    turn = np.array([1.0, 2.0, 3.0, 4.0]) / np.sqrt(30)
+    world.add(ap.Cone(radius=1, height=2), orientation=turn, velocity=(1, 2, 3), angular_velocity=(3, 2, 1))
+    world.add(ap.Box(size=(1, 2, 3)), position=(9, 9, 9), mass=2, angular_velocity=(0, 3, 1), name="box")
+    session, total = Session(world), 0.0
+    for identity in world.bodies.id.tolist():
+        session.body_wanted = identity
+        told, energy = session.frame().kinetic
+        assert told == identity
+        total += energy
+    assert total == pytest.approx(world.energy().kinetic, rel=1e-6)
+    session.remove(identity)
+    assert session.frame().kinetic is None

@@ -31,6 +31,7 @@ def render(
     orthographic: Annotated[bool, Parameter(negative=())] = False,
     follow: str | None = None,
     show: str = "",
+    joints: bool = True,
     shadows: bool = True,
     dark: Annotated[bool, Parameter(negative=())] = False,
 ) -> int:
@@ -68,6 +69,8 @@ def render(
         Name of a body to stay near to.
     show
         What to draw beside the bodies, separated by commas: velocity, force, impulse, contacts, boxes, axes.
+    joints
+        Draw joints, as lines in front of the bodies.
     shadows
         Draw shadows.
     dark
@@ -79,7 +82,7 @@ def render(
     from atlasphys.world.arguments import choice
 
     shown = tuple(choice("--show", word, SHOWABLE) for word in show.replace(",", " ").split())
-    look = Look(size=_size(size), shadows=shadows, dark=dark, shown=shown)
+    look = Look(size=_size(size), shadows=shadows, dark=dark, shown=shown, joints=joints)
     is_film = check_output(out, look)
     if time is not None and is_film:
         raise InvalidArgumentError("--time is for pictures; a film has --begin and --end")
@@ -89,7 +92,7 @@ def render(
             raise InvalidArgumentError(f"{recording} holds no contacts; record with --record-contacts to show them")
         shot = Shot(
             replay, view=view, position=_point("--position", position), look_at=_point("--look-at", look_at), field_of_view=fov,
-            orthographic=orthographic, follow=follow,
+            orthographic=orthographic, follow=follow, moment=None if is_film else replay.end if time is None else time,
         )  # fmt: skip
         if not is_film:
             render_picture(replay, out, shot, look, time)

@@ -174,6 +174,33 @@ class Recording:
         return values
 
     @cached_property
+    def joints(self) -> tuple[dict[str, Any], ...]:
+        """Every joint that was ever recorded, in the form of a scene file, as it was at first; ``a`` and ``b`` are rows of ``bodies``."""
+        with self._reading():
+            joints = tuple(json.loads(text) for text in self._file["joints"][:]) if "joints" in self._file else ()
+            ends = [joint.get(side, 0) for joint in joints for side in "ab"]
+            if not all(isinstance(end, int) and 0 <= end < len(self.bodies) for end in ends):
+                raise ValueError("a joint is of bodies that are not there")
+        return joints
+
+    def joint_states(self, step: int) -> npt.NDArray[np.uint8]:
+        """(j,) what each of ``joints`` does at a recorded step: 0, it is not in the world; 1, it is disabled or broken; 2, it acts.
+
+        Raises:
+            IndexError: there is no such step.
+            RecordingError: the file is damaged.
+        """
+        if not 0 <= step < len(self):
+            raise IndexError(f"the recording has {len(self)} steps (got {show(step)})")
+        if not self.joints:
+            return np.zeros(0, np.uint8)
+        with self._reading():
+            states: npt.NDArray[np.uint8] = self._file["joint_state"][step]
+            if len(states) != len(self.joints):
+                raise ValueError(f"states of {len(states)} joints, of which there are {len(self.joints)}")
+        return states
+
+    @cached_property
     def has_contacts(self) -> bool:
         """Whether contact points were recorded."""
         with self._reading():

@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from atlasphys.engine.state.joints import WORLD
 from atlasphys.errors import RecordingError
 from atlasphys.record.journal import JournaledFile
-from atlasphys.record.layout import CHUNK_BODIES, CHUNK_STEPS, CONTACT_COLUMNS, FORMAT, VERSION
+from atlasphys.record.layout import ACTS, CHUNK_BODIES, CHUNK_STEPS, CONTACT_COLUMNS, FORMAT, IDLE, VERSION
 from atlasphys.scene.build import describe_body
+from atlasphys.scene.joints import describe_joint
 from atlasphys.scene.scene import Scene
 
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -30,7 +32,7 @@ LONGEST_WAIT = 2.0
 
 
 class Recorder:
-    """Records the poses of a world's bodies in a file, step by step.
+    """Records the poses of a world's bodies, and which joints act, in a file, step by step.
 
     The file can be read after the writer was killed, at any moment: it then ends with the last steps that had reached it.
     It can also be read while it is written, but not during a commit (some milliseconds, every 50 steps): a reader that comes
@@ -72,6 +74,11 @@ class Recorder:
         self._columns = np.empty(0, np.intp)
         self._column_of: dict[int, int] = {}
         self._new_bodies: list[str] = []
+        self._joint_ids = np.empty(0, np.int64)
+        self._joint_columns = np.empty(0, np.intp)
+        self._column_of_joint: dict[int, int] = {}
+        self._new_joints: list[str] = []
+        self._joint_states = np.zeros((CHUNK_STEPS, 0), np.uint8)
         self._times = np.empty(CHUNK_STEPS)
         self._poses = np.full((CHUNK_STEPS, CHUNK_BODIES, 7), np.nan)
         self._contacts: list[npt.NDArray[np.float32]] | None = [] if contacts else None
@@ -110,6 +117,7 @@ class Recorder:
         self._poses[row] = np.nan
         self._poses[row, self._columns, 0:3] = bodies.position
         self._poses[row, self._columns, 3:7] = bodies.orientation
+        self._record_joints(row)
         if self._contacts is not None:
             self._contacts.append(self._contact_rows())
         self._filled += 1
@@ -148,6 +156,28 @@ class Recorder:
             room = np.full((CHUNK_STEPS, max(missing, self._poses.shape[1]), 7), np.nan)
             self._poses = np.concatenate([self._poses, room], axis=1)
 
+    def _record_joints(self, row: int) -> None:
+        """Note which joints there are and which act; each keeps its column."""
+        joints = self._world.joints
+        ids = joints.id
+        if not np.array_equal(ids, self._joint_ids):
+            for place, identity in enumerate(ids.tolist()):
+                if identity not in self._column_of_joint:
+                    self._column_of_joint[identity] = len(self._column_of_joint)
+                    ends = {
+                        side: int(self._columns[end])
+                        for side, end in zip("ab", joints.bodies[place].tolist(), strict=True)
+                        if end != WORLD
+                    }
+                    entry = {key: value for key, value in describe_joint(joints[place]).items() if key not in "ab"}
+                    self._new_joints.append(json.dumps(entry | ends))
+            self._joint_ids = ids.copy()
+            self._joint_columns = np.array([self._column_of_joint[identity] for identity in ids.tolist()], np.intp)
+            missing = len(self._column_of_joint) - self._joint_states.shape[1]
+            self._joint_states = np.pad(self._joint_states, ((0, 0), (0, missing)))
+        self._joint_states[row] = 0
+        self._joint_states[row, self._joint_columns] = np.where(joints.acts, ACTS, IDLE)
+
     def _contact_rows(self) -> npt.NDArray[np.float32]:
         """(k, 13) the contact points of the last step."""
         points = self._world.contacts
@@ -169,6 +199,7 @@ class Recorder:
             times[first:] = self._times[: self._filled]
             poses.resize((last, count, 7))
             poses[first:] = self._poses[: self._filled, :count]
+            self._commit_joints(first, last)
             if self._contacts is not None:
                 ends = self._contacts_before + np.cumsum([len(rows) for rows in self._contacts], dtype=np.int64)
                 for name, values, start in (
@@ -190,6 +221,16 @@ class Recorder:
             if self._contacts is not None:
                 self._contacts_before += sum(len(rows) for rows in self._contacts)
                 self._contacts.clear()
+
+    def _commit_joints(self, first: int, last: int) -> None:
+        joints, states, count = self._file["joints"], self._file["joint_state"], len(self._column_of_joint)
+        if self._new_joints:
+            joints.resize((count,))
+            joints[count - len(self._new_joints) :] = self._new_joints
+            self._new_joints.clear()
+        states.resize((last, count))
+        if count:
+            states[first:] = self._joint_states[: self._filled]
 
     def _close(self) -> None:
         self._file.close()
@@ -215,6 +256,8 @@ def _empty_recording(scene: Scene, contacts: bool) -> bytes:
         file.create_dataset(
             "poses", (0, 0, 7), "f8", maxshape=(None, None, 7), chunks=chunks, fillvalue=np.nan, **packed
         )
+        file.create_dataset("joints", (0,), text, maxshape=(None,), chunks=(CHUNK_BODIES,))
+        file.create_dataset("joint_state", (0, 0), "u1", maxshape=(None, None), chunks=(CHUNK_STEPS, 256), **packed)
         if contacts:
             width = sum(CONTACT_COLUMNS.values())
             file.create_dataset("contact_end", (0,), "i8", maxshape=(None,), chunks=(20 * CHUNK_STEPS,))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -125,7 +126,7 @@ class Scene:
         return {key: value for key, value in data.items() if value not in ({}, [])}
 
     def save(self, path: str | Path) -> None:
-        """Write the scene to a file: JSON if its name ends so, else TOML. Reading it gives an equal scene, to the bit.
+        """Write the scene to a file, which appears whole: JSON if its name ends so, else TOML. Reading it gives an equal scene, to the bit.
 
         Raises:
             SceneError: the file cannot be written.
@@ -138,7 +139,15 @@ class Scene:
 
             text = to_toml(self.data())
         try:
-            path.write_text(text, encoding="utf-8", newline="\n")
+            special = path.exists() and not path.is_file()  # a pipe, say
+            part = path if special else path.with_name(f".{path.name}.{os.getpid()}.part")
+            try:
+                part.write_text(text, encoding="utf-8", newline="\n")
+                if not special:
+                    os.replace(part, path.resolve())
+            finally:
+                if not special:
+                    part.unlink(missing_ok=True)
         except (OSError, ValueError) as error:  # ValueError: a null character in the name
             raise SceneError(f"{path}: cannot be written: {getattr(error, 'strerror', None) or error}") from None
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
-from atlasphys.viewer.frame import Frame, Table
+from atlasphys.engine.shapes.plane import Plane
+from atlasphys.viewer.frame import Entry, Frame, Table
 
 PALETTE = np.array(
     [
@@ -17,14 +20,30 @@ PALETTE = np.array(
 """Colours of bodies that were given none, in turn."""
 
 STATIC = (150, 156, 164)
-GROUND = {False: (196, 202, 208), True: (70, 76, 84)}
-LINES = {False: ((168, 176, 184), (128, 138, 150)), True: ((86, 92, 100), (110, 118, 128))}
-"""Of the grid: finer and coarser. Both by whether it is dark."""
+BACKGROUND = {False: (232, 238, 244), True: (22, 25, 30)}
+GROUND = {False: (203, 209, 216), True: (58, 64, 72)}
+LINES = {False: ((184, 191, 200), (170, 178, 188)), True: ((72, 79, 88), (80, 88, 97))}
+"""Of the grid: finer and coarser. All by whether it is dark."""
 
 SLEEPING = np.array((112, 122, 138))
 SELECTED = np.array((255, 214, 10))
 
+JOINTS = {
+    "arms": (0, 190, 200), "links": (255, 140, 0), "axes": (220, 0, 160), "idle": (130, 130, 130), "selected": (255, 200, 0),
+}  # fmt: skip
+"""Of the lines of joints."""
+
 Colours = npt.NDArray[np.uint8]
+
+_SHARE = np.arange(256) / 255
+_LINEAR = np.where(_SHARE <= 0.04045, _SHARE / 12.92, ((_SHARE + 0.055) / 1.055) ** 2.4)
+_TO_LINEAR: Colours = np.round(255 * _LINEAR).astype(np.uint8)
+
+
+def linear(colours: Any) -> Colours:
+    """sRGB colours by their share of light, as the page takes those of instances: taken for that, sRGB ones come out pale (IEC 61966-2-1)."""
+    shares: Colours = _TO_LINEAR[colours]
+    return shares
 
 
 def own_colours(table: Table) -> Colours:
@@ -36,6 +55,15 @@ def own_colours(table: Table) -> Colours:
         elif entry.kind == "static":
             colours[row] = STATIC
     return colours
+
+
+def ground(entry: Entry, dark: bool) -> tuple[int, int, int]:
+    """The colour of a plane: its own or that of the ground, darker where it is steep."""
+    colour = GROUND[dark] if entry.color is None else 255 * np.array(entry.color)
+    assert isinstance(entry.shape, Plane)
+    light = 0.85 + 0.15 * entry.shape.normal[1]
+    red, green, blue = (round(float(c) * light) for c in colour)
+    return red, green, blue
 
 
 def island_colours(frame: Frame, own: Colours) -> Colours:

@@ -41,6 +41,7 @@ class Table:
         self.ids: npt.NDArray[np.int64] = np.array([entry.id for entry in entries], np.int64)
         self.mass: npt.NDArray[np.float64] = np.array([entry.mass for entry in entries], np.float64)
         self.is_dynamic: npt.NDArray[np.bool_] = np.array([entry.kind == "dynamic" for entry in entries], np.bool_)
+        self.is_plane: npt.NDArray[np.bool_] = np.array([isinstance(e.shape, Plane) for e in entries], np.bool_)
         centers = [(0.0, 0.0, 0.0) if isinstance(e.shape, Plane) else e.shape.center_of_mass for e in entries]
         self.center: npt.NDArray[np.float64] = np.array(centers, np.float64).reshape(-1, 3)
         """(n, 3) centres of mass in the bodies' own frames [m]."""
@@ -83,12 +84,16 @@ class Frame:
     """Contact points of the last step, as ``World.contacts``; None if they were not asked for or not recorded."""
     contact_count: int = 0
     joints: JointsNow | None = None
-    """None of a recording: it holds none."""
+    """None of a recording that holds none."""
     running: bool = False
+    is_recorded: bool = False
+    """Whether it is of a recording."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     """The world's settings by name, with ``dt`` and ``speed``."""
     energy: tuple[float, float] | None = None
     """Kinetic and potential [J]; None if it was not asked for."""
+    kinetic: tuple[int, float] | None = None
+    """Id and kinetic energy, with that of the rotation [J], of the body that was asked for, if it is dynamic."""
     momentum: Array | None = None
     """(3,) [kg m/s]; None if it was not asked for."""
     stages: Mapping[str, float] = field(default_factory=dict)

@@ -45,3 +45,24 @@ class Meter:
             return 0.0
         (first, begin), (last, end) = self._marks[0], self._marks[-1]
         return (end - begin) / (last - first) if last > first else 0.0
+
+
+class Beat:
+    """A clock that ticks at multiples of a period since it began, however long what is done at a tick takes; ticks that are missed by a whole period
+    are left out.
+
+    Args:
+        period: time between two ticks [s].
+    """
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self._due = 0.0
+
+    def wait(self, now: float) -> float:
+        """Time until the next tick is due [s]; 0 if it is."""
+        return max(0.0, self._due - now)
+
+    def tick(self, now: float) -> None:
+        """Count a tick that was due."""
+        self._due = self._due + self._period if now - self._due < self._period else now + self._period

@@ -15,6 +15,8 @@ from atlasphys.engine.shapes.plane import Plane
 from atlasphys.errors import MissingExtraError
 from atlasphys.viewer import colours, overlays, shapes
 from atlasphys.viewer.frame import Frame
+from atlasphys.viewer.joints import joint_lines
+from atlasphys.viewer.lines import draw_lines
 from atlasphys.viewer.shading import measure_brightness, smooth_edges
 from atlasphys.viewer.sun import DIRECTION, Sun
 from atlasphys.viewer.sun import colours as drawn_colours
@@ -46,6 +48,8 @@ class Look:
     dark: bool = False
     shown: tuple[str, ...] = ()
     """Out of ``SHOWABLE``."""
+    joints: bool = True
+    """Whether joints are drawn, as lines in front of the bodies."""
 
 
 class Painter:
@@ -112,7 +116,7 @@ class Painter:
                 mapper.Modified()
         self._draw_overlays(frame)
         self._plotter.render_window.Render()
-        return self._finished(frame)
+        return self._finished(frame, viewpoint)
 
     def _radius_seen(self, position: Any, radius: Any, viewpoint: Viewpoint) -> float:
         """Radius of the largest of some balls in the picture [pixels]."""
@@ -121,8 +125,8 @@ class Painter:
         scale = 0.5 * self._look.size[1] / math.tan(math.radians(viewpoint.field_of_view) / 2)
         return float((radius / np.maximum(distance, 1e-9)).max()) * scale
 
-    def _finished(self, frame: Frame) -> npt.NDArray[np.uint8]:
-        """What was drawn, with shadows and smooth edges."""
+    def _finished(self, frame: Frame, viewpoint: Viewpoint) -> npt.NDArray[np.uint8]:
+        """What was drawn, with shadows, joints and smooth edges."""
         columns, rows = self._look.size
         window = self._plotter.render_window
         picture = drawn_colours(window, rows, columns)
@@ -130,6 +134,10 @@ class Painter:
             centres = frame.position[self._casting].astype(np.float64) - self._middle
             centres = centres[np.isfinite(centres).all(axis=1)]
             self._sun.shade(picture, self._plotter.renderer, centres, self._widest)
+        if self._look.joints and frame.joints is not None:
+            lines = joint_lines(frame, overlays.centers(frame), 0.7 * self._scale.width)
+            layers = [(getattr(lines, name), colours.JOINTS[name]) for name in ("idle", "arms", "links", "axes")]
+            picture = draw_lines(picture, layers, viewpoint)
         brightness, smoothed = np.empty((rows, columns), np.float32), np.empty_like(picture)
         measure_brightness(picture, brightness)
         smooth_edges(picture, brightness, smoothed)
@@ -221,7 +229,7 @@ class Painter:
         share = np.clip(1.3 * (1 - np.sqrt(((flat - foot) ** 2).sum(axis=1)) / reach), 0.0, 1.0)[:, None]
         under = self._faded(ground, flat, foot, self._reach)
         lines["colour"] = np.round(share * LINES[self._look.dark] + (1 - share) * under).astype(np.uint8)
-        self._add_unlit(lines.ribbon(width=0.01 * cell, normal=tuple(np.cross(along, across))))
+        self._add_unlit(lines.ribbon(width=0.016 * cell, normal=tuple(np.cross(along, across))))
 
     def _add_unlit(self, poly: Any) -> None:
         self._plotter.add_mesh(

@@ -13,7 +13,7 @@ from atlasphys.errors import InvalidArgumentError, MissingExtraError, RecordingE
 from atlasphys.viewer.frame import Frame
 from atlasphys.viewer.picture import Look, Painter
 from atlasphys.viewer.replay import Replay
-from atlasphys.viewer.viewpoint import FIELD_OF_VIEW, VIEWS, Viewpoint, view_from
+from atlasphys.viewer.viewpoint import FIELD_OF_VIEW, VIEWS, Viewpoint, box_of_all, view_of_box
 from atlasphys.world.arguments import choice, in_range
 
 FILMS = (".mp4",)
@@ -33,6 +33,7 @@ class Shot:
         field_of_view: vertical [°].
         orthographic: parallel projection.
         follow: name of a body that is kept in the middle, near.
+        moment: simulated time at which the whole is to be seen [s]. Default: from the beginning to the end.
 
     Raises:
         InvalidArgumentError: there is no such direction or body, or the camera would be where it looks at.
@@ -48,10 +49,13 @@ class Shot:
         field_of_view: float = FIELD_OF_VIEW,
         orthographic: bool = False,
         follow: str | None = None,
+        moment: float | None = None,
     ) -> None:
         angle = in_range("field of view", field_of_view, 1.0, 150.0)
-        replay.seek(0)
-        whole = view_from(choice("view", view, VIEWS), replay.frame(), angle, orthographic=orthographic)
+        span = replay.end - replay.begin
+        times = [replay.begin, replay.begin + 0.5 * span, replay.end] if moment is None else [moment]
+        box = box_of_all([_frame_at(replay, time) for time in times])
+        whole = view_of_box(choice("view", view, VIEWS), *box, angle, orthographic=orthographic)
         target = whole.look_at if look_at is None else np.array(look_at, np.float64)
         place = whole.position if position is None else np.array(position, np.float64)
         if not np.isfinite([place, target]).all() or np.array_equal(place, target):
@@ -74,6 +78,11 @@ class Shot:
         if not np.isfinite(target).all():
             return self._fixed
         return self._fixed._replace(position=target + self._arm, look_at=target)
+
+
+def _frame_at(replay: Replay, time: float) -> Frame:
+    replay.seek_time(time)
+    return replay.frame()
 
 
 def check_output(path: str | os.PathLike[str], look: Look) -> bool:

@@ -9,12 +9,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from atlasphys.errors import RecordingError
+from atlasphys.engine.state.joints import WORLD
+from atlasphys.errors import AtlasPhysError, RecordingError
+from atlasphys.record.layout import ACTS, NOT_THERE
 from atlasphys.record.read import Recording
 from atlasphys.scene.faults import Source
+from atlasphys.scene.joints import JOINTS
 from atlasphys.scene.scene import check
 from atlasphys.scene.schema import VERSION, BodyModel
 from atlasphys.viewer.frame import Entry, Frame, Table
+from atlasphys.viewer.joints import JointsNow, JointTable, entry_of
 from atlasphys.viewer.meter import Meter
 from atlasphys.world.arguments import in_range, rgb
 from atlasphys.world.rotation import conjugate, rotate
@@ -47,6 +51,12 @@ class Replay:
         self._time = self.begin
         self._meter = Meter()
         self.table = _table(self.recording)
+        self.joint_wanted: int | None = None
+        self.body_wanted: int | None = None
+        """As of a session; a recording knows neither forces of joints nor moments of inertia."""
+        self._joints = _joint_table(self.recording, self.table)
+        ends = [[joint.get(side, WORLD) for side in "ab"] for joint in self.recording.joints]
+        self._joint_bodies = np.array(ends, np.int32).reshape(-1, 2)
         self._window: tuple[int, Floats] = (-1, np.empty(0))
         self._gravity = np.array(self.recording.scene.model.world.gravity or (0.0, -9.81, 0.0))
 
@@ -69,6 +79,11 @@ class Replay:
     def has_contacts(self) -> bool:
         """Whether contact points were recorded."""
         return self.recording.has_contacts
+
+    @property
+    def has_joints(self) -> bool:
+        """Whether joints were recorded."""
+        return len(self._joints) > 0
 
     # Commands --------------------------------------------------------------------------------------------------------
 
@@ -159,6 +174,12 @@ class Replay:
         spin = 2.0 * turn[:, 1:] / h
         return np.nan_to_num(moved / h), np.nan_to_num(spin), h
 
+    def _joints_now(self, step: int) -> JointsNow | None:
+        if not self.has_joints:
+            return None
+        states = self.recording.joint_states(step)
+        return JointsNow(self._joints, self._joint_bodies, states == ACTS, there=states != NOT_THERE)
+
     def frame(self) -> Frame:
         """The present step. Velocities and accelerations are differences of recorded poses."""
         step = self.now
@@ -179,8 +200,10 @@ class Replay:
             gravity=self._gravity,
             dt=h,
             contacts=contacts,
+            joints=self._joints_now(step),
             contact_count=0 if contacts is None else len(contacts),
             running=self.running,
+            is_recorded=True,
             settings={"speed": self.speed},
             real_time_factor=self._meter.real_time_factor if self.running else 0.0,
             title=self.recording.path.name,
@@ -198,6 +221,20 @@ def _table(recording: Recording) -> Table:
         colour: Any = None if model.color is None else rgb(model.color)
         entries.append(Entry(row, model.name, shape, kind, colour, mass if kind == "dynamic" else np.inf))
     return Table(tuple(entries))
+
+
+def _joint_table(recording: Recording, bodies: Table) -> JointTable:
+    """The recorded joints; a joint's id is its row."""
+    entries, kinds = [], []
+    for row, data in enumerate(recording.joints):
+        try:
+            model = JOINTS[data["type"]](**{key: value for key, value in data.items() if key not in ("a", "b")})
+            kinds.append(model.make())
+        except (AtlasPhysError, KeyError, ValueError, TypeError) as error:
+            raise RecordingError(f"{recording.path}: is damaged: joint {row}: {error}") from None
+        ends = [bodies.entries[data[side]].label if side in data else "the world" for side in "ab"]
+        entries.append(entry_of(row, row, kinds[-1], data.get("name"), (ends[0], ends[1])))
+    return JointTable(entries, kinds)
 
 
 def _centers(poses: Floats, table: Table) -> Floats:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from atlasphys.engine.joints.kinds.kind import JointKind
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.errors import AtlasPhysError, InvalidArgumentError, SceneError
 from atlasphys.scene.build import describe_body
@@ -25,13 +26,14 @@ from atlasphys.viewer.meter import Meter
 from atlasphys.world.arguments import bounded_vector, in_range
 from atlasphys.world.body import Body
 from atlasphys.world.joint import Joint
+from atlasphys.world.rotation import conjugate, rotate
 from atlasphys.world.settings import LONGEST_STEP, SHORTEST_STEP
 from atlasphys.world.world import World
 
 SLOWEST, FASTEST = 0.01, 100.0
 """Range of the speed factor."""
 
-TOTALS_AGE = 0.15
+TOTALS_AGE = 0.19
 """How old energy and momentum in a frame may be while time runs [s]."""
 
 EDITABLE = (
@@ -62,6 +64,8 @@ class Session:
         """Whether frames shall hold contacts, and energy and momentum, which cost time."""
         self.joint_wanted: int | None = None
         """Id of the joint whose state frames shall hold."""
+        self.body_wanted: int | None = None
+        """Id of the body whose kinetic energy they shall hold."""
         self.speed = 1.0
         """Simulated seconds per second that are aimed at."""
         self.changes = 0
@@ -331,6 +335,17 @@ class Session:
             raise InvalidArgumentError("this joint is no longer there")
         return self.world.joints[row]
 
+    def join(self, kind: type[JointKind], a: int | None, b: int | None, name: str = "", **settings: Any) -> int:
+        """Join two bodies, given by id, or a body and the world, which is None. Returns the joint's id.
+
+        Raises:
+            InvalidArgumentError: there can be no such joint; the world is unchanged.
+        """
+        ends = [None if end is None else self.body(end) for end in (a, b)]
+        joint = self.world.join(kind(*ends, **settings), name=name or None)
+        self._edited()
+        return joint.id
+
     def edit_joint(self, identity: int, changes: Mapping[str, Any]) -> None:
         """Change settings of a joint by name, and whether it is ``enabled`` or ``broken``.
 
@@ -360,7 +375,7 @@ class Session:
         """All joints, at the present moment."""
         joints = self.world.joints
         if self._joint_table is None or len(self._joint_table) != len(joints):
-            self._joint_table = JointTable(self.world)
+            self._joint_table = JointTable.of_world(self.world)
         row = self._joint_table.row(self.joint_wanted)
         selected = None if row is None else state_of(joints[row])
         return JointsNow(self._joint_table, np.array(joints.bodies), np.array(joints.acts), selected)
@@ -434,9 +449,24 @@ class Session:
         now, (at, changes, totals) = time.perf_counter(), self._last_totals
         if totals is None or (changes != self.changes and (not self.running or now - at > TOTALS_AGE)):
             energy = self.world.energy()
-            totals = (energy.kinetic, energy.potential), self.world.momentum()
+            bodies, dynamic = self.world.bodies, self.table().is_dynamic
+            momentum = bodies.mass[dynamic].astype(np.float64) @ bodies.velocity[dynamic].astype(np.float64)
+            totals = (energy.kinetic, energy.potential), momentum
             self._last_totals = now, self.changes, totals
         return totals
+
+    def _kinetic(self) -> tuple[int, float] | None:
+        identity = self.body_wanted
+        row = self.table().row(identity)
+        if identity is None or row is None or not self.table().is_dynamic[row]:
+            return None
+        body = self.world.bodies[row]
+        axes, orientation, spin = (
+            np.array([v], np.float64) for v in (body.principal_axes, body.orientation, body.angular_velocity)
+        )
+        about = rotate(conjugate(axes), rotate(conjugate(orientation), spin))[0]
+        velocity = body.velocity.astype(np.float64)
+        return identity, 0.5 * float(body.mass * (velocity @ velocity) + body.inertia @ about**2)
 
     def frame(self) -> Frame:
         """The present moment."""
@@ -458,6 +488,7 @@ class Session:
             contacts=np.array(world.contacts) if self.contacts_wanted else None,
             contact_count=world.contact_count,
             joints=self.joints(),
+            kinetic=self._kinetic(),
             running=self.running,
             settings=self.settings(),
             energy=energy,

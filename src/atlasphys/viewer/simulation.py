@@ -10,11 +10,12 @@ from concurrent.futures import Future
 from typing import Any, Protocol, TypeVar
 
 from atlasphys.viewer.frame import Frame
+from atlasphys.viewer.meter import Beat
 
 T = TypeVar("T")
 
 FRAME_TIME = 1 / 31
-"""Least time between two frames [s], a little less than that between two drawings."""
+"""Time between two frames [s], a little less than that between two drawings."""
 
 LONGEST_IDLE = 0.5
 """How long the thread sleeps at most while time stands still [s]."""
@@ -77,16 +78,16 @@ class Simulation:
         self._thread.join(timeout=5.0)
 
     def _run(self) -> None:
-        last, shown_at, shown = time.perf_counter(), 0.0, self.model.changes
+        last, beat, shown = time.perf_counter(), Beat(FRAME_TIME), self.model.changes
         while not self._ended:
-            behind = self.model.changes != shown
-            next_frame = shown_at + FRAME_TIME - time.perf_counter() if behind else LONGEST_IDLE
+            next_frame = beat.wait(time.perf_counter()) if self.model.changes != shown else LONGEST_IDLE
             self._take_commands(max(0.0, min(next_frame, self.model.until_next_step, LONGEST_IDLE)))
             now = time.perf_counter()
             self._call(self.model.advance, now - last)
             last = now
-            if self.model.changes != shown and time.perf_counter() - shown_at >= FRAME_TIME:
-                shown, shown_at = self.model.changes, time.perf_counter()
+            if self.model.changes != shown and beat.wait(time.perf_counter()) == 0:
+                beat.tick(time.perf_counter())
+                shown = self.model.changes
                 self._publish()
 
     def _take_commands(self, wait: float) -> None:

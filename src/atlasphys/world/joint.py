@@ -369,6 +369,13 @@ class Joints:
         return f"<Joints: {len(self)}>"
 
     @property
+    def id(self) -> npt.NDArray[np.int64]:
+        """(n,) a number for each joint that no other joint of the world has or will have."""
+        table = self._world._state.joints
+        ids: npt.NDArray[np.int64] = _read_only(table.rows.id[: table.count])
+        return ids
+
+    @property
     def bodies(self) -> npt.NDArray[np.int32]:
         """(n, 2) rows of the two bodies of each joint; −1: the world."""
         table = self._world._state.joints

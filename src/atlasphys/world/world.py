@@ -632,26 +632,30 @@ class World:
     def _repr_html_(self) -> str:
         return world_html(self)
 
-    def view(self, *, port: int = 0, height: int = 600) -> Any:
+    def view(self, *, inline: str = "auto", seconds: float = 5.0, port: int = 0, height: int = 600) -> Any:
         """Show a copy of the world on an interactive page: in the notebook where there is one, else at the address that is printed.
 
         The copy is stopped, and goes on in the page only; the world itself stays as it is and may be stepped meanwhile. Ask again to see it as it
         then is.
 
         Args:
+            inline: ``"page"``, which a browser reaches only on the machine of the kernel; ``"proxy"``, the same page through jupyter-server-proxy
+                of a notebook server elsewhere; ``"picture"`` or ``"film"``, made here and shown in the notebook, wherever that is read. Default:
+                the page, or what reaches a JupyterHub or Colab: the proxy where it is installed, else a picture.
+            seconds: length of a film, for which the copy runs [s].
             port: port of the page on this machine. Default: any that is free.
-            height: height of the frame in a notebook [pixels].
+            height: height of the frame, picture or film in a notebook [pixels].
 
         Returns:
-            The page; its ``url`` is the address, ``close()`` ends it.
+            The page; its ``url`` is the address, ``close()`` ends it. None for a picture or a film.
 
         Raises:
-            MissingExtraError: viser is not installed.
-            InvalidArgumentError: the port is in use.
+            MissingExtraError: viser is not installed; for a picture or a film, pyvista or imageio-ffmpeg.
+            InvalidArgumentError: the port is in use, or a picture or film is asked for where there is no notebook.
         """
         # By name, for the viewer stands above the world.
         show = import_module("atlasphys.viewer.notebook").show
-        return show(copy.deepcopy(self), port=port, height=height)
+        return show(copy.deepcopy(self), inline=inline, seconds=seconds, port=port, height=height)
 
     # Copies ----------------------------------------------------------------------------------------------------------
 

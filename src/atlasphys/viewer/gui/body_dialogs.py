@@ -9,6 +9,7 @@ import numpy as np
 from atlasphys.scene.schema import SHAPES
 from atlasphys.viewer.colours import PALETTE
 from atlasphys.viewer.gui.forms import Dialog, Form
+from atlasphys.viewer.overlays import world_box
 
 if TYPE_CHECKING:
     from atlasphys.viewer.gui.page import Page
@@ -23,7 +24,7 @@ PATIENCE = 60.0
 """How long a dialog waits for the world to answer [s]; the first step of all compiles kernels."""
 
 
-def quick_body(what: str, top: Any, gravity: Any) -> dict[str, Any]:
+def quick_body(what: str, top: Any) -> dict[str, Any]:
     """A cube or a sphere somewhat above the top of what is there, a little aside so that it does not balance."""
     height = float(top[1]) + 1.0 if np.isfinite(top[1]) else 5.0
     shape = {"type": "box", "size": (1.0, 1.0, 1.0)} if what == "cube" else {"type": "sphere", "radius": 0.5}
@@ -42,7 +43,8 @@ def add_dialog(page: Page, client: Any) -> None:
         form = Form(gui)
         form.text("name", "Name", "", "May be left empty")
         form.choice("kind", "Kind", KINDS, "dynamic", "Moved by forces; fixed; or moved only by its own velocity")
-        form.vector("position", "Position", (0.0, 3.0, 0.0), "[m]")
+        above = quick_body("cube", world_box(page.frame)[1])["position"]
+        form.vector("position", "Position", above, "[m]; at first above everything")
         form.rotation("orientation", "Rotation")
         form.vector("velocity", "Velocity", (0.0, 0.0, 0.0), "[m/s]")
         form.vector("angular_velocity", "Spin", (0.0, 0.0, 0.0), "Angular velocity [rad/s]")

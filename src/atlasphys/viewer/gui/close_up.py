@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from atlasphys.viewer.colours import BACKGROUND
 from atlasphys.viewer.frame import Frame
 
 if TYPE_CHECKING:
@@ -32,9 +33,6 @@ DISTANCE = 4.5
 
 PATIENCE = 5.0
 """How long a browser may take for a picture [s]; one in a hidden tab takes forever."""
-
-BACKGROUND = {False: (255, 255, 255), True: (20, 20, 20)}
-"""By whether the page is dark."""
 
 
 class CloseUps:

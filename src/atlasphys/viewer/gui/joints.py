@@ -6,7 +6,7 @@ import html
 from typing import TYPE_CHECKING, Any
 
 from atlasphys.viewer.frame import Frame
-from atlasphys.viewer.gui.joint_dialog import edit_joint_dialog
+from atlasphys.viewer.gui.joint_dialog import edit_joint_dialog, join_dialog
 from atlasphys.viewer.joints import JointTable
 
 if TYPE_CHECKING:
@@ -16,13 +16,6 @@ NONE = "(none)"
 
 MOST_LISTED = 500
 """Most joints in the list at once; a filter finds the others."""
-
-ON_TOP = """<img src="data:," style="display:none" onerror="window.__atlasJoints = window.__atlasJoints || setInterval(function () {
-  const nodes = (window.__viserMutable || {}).nodeRefFromName || {};
-  for (const name in nodes) if (name.startsWith('/overlays/joint ') && nodes[name]) nodes[name].traverse(function (one) {
-    if (one.material && one.material.depthTest) {
-      one.material.depthTest = false; one.material.transparent = true; one.renderOrder = 10; }}); }, 200)">"""
-"""Draws joints in front of the bodies, which would hide them. The page has no setting for it; without it they are seen outside of bodies only."""
 
 
 class Joints:
@@ -34,7 +27,7 @@ class Joints:
         self._filter = gui.add_text(
             "Find joint", "", hint="Only joints whose kind, name or bodies hold this are listed"
         )
-        self._list = gui.add_dropdown("Selected joint", (NONE,))
+        self._list = gui.add_dropdown("Selected joint", (NONE,), hint="Or click on a joint's line")
         self._info = gui.add_html("")
         self._table: JointTable | None = None
         self._ids: dict[str, int] = {}
@@ -42,13 +35,16 @@ class Joints:
         self._list.on_update(self._selected)
         buttons = gui.add_button_group("Joint", ("Edit joint…", "Remove joint"))
         buttons.on_click(lambda event: self.act(event.target.value, event.client))
-        gui.add_html(ON_TOP)
+        gui.add_divider()
+        gui.add_button("Join two bodies…", color="blue", hint="U on the keyboard").on_click(
+            lambda event: join_dialog(page, event.client)
+        )
 
     def act(self, what: str, client: Any) -> None:
         """Edit or remove the selected joint."""
         page, identity = self._page, self._page.selected_joint
         if identity is None:
-            page.say("No joint is selected", "Choose one from the list.", client)
+            page.say("No joint is selected", "Click on a joint's line, or choose one from the list.", client)
         elif what == "Edit joint…":
             edit_joint_dialog(page, client, identity)
         else:

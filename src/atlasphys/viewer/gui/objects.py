@@ -45,7 +45,7 @@ class Objects:
         gui.add_button("Add an object…", color="blue").on_click(lambda event: add_dialog(page, event.client))
         quick = gui.add_button_group("Quick", ("Add a cube", "Add a sphere"))
         quick.on_click(lambda event: self.quick_add(event.target.value.split()[-1], event.client))
-        gui.add_button("Clear: delete all but planes").on_click(
+        gui.add_button("Clear: delete all but planes", color="gray").on_click(
             lambda event: page.do(lambda session: session.clear(), event.client)
         )
 
@@ -64,7 +64,7 @@ class Objects:
     def quick_add(self, what: str, client: Any = None) -> None:
         """Add a cube or a sphere above all there is."""
         frame = self._page.frame
-        entry = quick_body(what, world_box(frame)[1], frame.gravity)
+        entry = quick_body(what, world_box(frame)[1])
         self._page.do(lambda session: session.add(entry), client).add_done_callback(self._select_new)
 
     def _select_new(self, done: Any) -> None:
@@ -94,7 +94,7 @@ class Objects:
             self._list.options = (*self._list.options, label)
         if self._list.value != label:
             self._list.value = label
-        self._info.content = describe(frame, row)
+        self._info.content = describe(frame, row) + selected_joint(frame, page.selected_joint)
 
     def _label(self, table: Table, row: int) -> str:
         return f"{row}: {table.entries[row].label}"
@@ -109,6 +109,15 @@ class Objects:
         ]
         self._ids = dict(listed[:MOST_LISTED])
         self._list.options = (NONE, *self._ids)
+
+
+def selected_joint(frame: Frame, identity: int | None) -> str:
+    """Which joint is selected, as HTML: a click may have chosen it while another tab is open."""
+    row = None if frame.joints is None else frame.joints.table.row(identity)
+    if frame.joints is None or row is None:
+        return ""
+    label = html.escape(frame.joints.table.entries[row].label)
+    return f"<div style='font-size:0.82em;padding:0.2em 0.9em'><b>Selected joint</b> {label}</div>"
 
 
 def describe(frame: Frame, row: int | None) -> str:
@@ -133,7 +142,7 @@ def describe(frame: Frame, row: int | None) -> str:
         height = -float(frame.gravity @ centers(frame)[row])
         rows += [
             ("mass", f"{entry.mass:.6g} kg"),
-            ("kinetic energy (linear)", f"{0.5 * entry.mass * speed**2:.5g} J"),
+            _kinetic(frame, entry.id, 0.5 * entry.mass * speed**2),
             ("potential energy", f"{entry.mass * height:.5g} J"),
             ("asleep", "yes" if frame.asleep[row] else "no"),
         ]
@@ -151,6 +160,13 @@ def describe(frame: Frame, row: int | None) -> str:
     )
     title = f"<b>{html.escape(entry.label)}</b>"
     return f"<div style='font-size:0.82em;line-height:1.4;padding:0.2em 0.9em'>{title}<table>{cells}</table></div>"
+
+
+def _kinetic(frame: Frame, identity: int, linear: float) -> tuple[str, str]:
+    """The kinetic energy with that of the rotation, if it is known."""
+    if frame.kinetic is None or frame.kinetic[0] != identity:
+        return "kinetic energy (linear)", f"{linear:.5g} J"
+    return "kinetic energy", f"{frame.kinetic[1]:.5g} J, {frame.kinetic[1] - linear:.3g} J of it rotation"
 
 
 def _vector(vector: Any, unit: str) -> str:

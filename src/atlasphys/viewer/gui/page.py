@@ -14,6 +14,7 @@ from atlasphys.viewer.frame import Frame
 from atlasphys.viewer.gui.camera import Cameras
 from atlasphys.viewer.gui.close_up import CloseUps
 from atlasphys.viewer.gui.joints import Joints
+from atlasphys.viewer.gui.look import Look
 from atlasphys.viewer.gui.objects import Objects
 from atlasphys.viewer.gui.plots import Plots
 from atlasphys.viewer.gui.scenes import Scenes
@@ -24,10 +25,11 @@ from atlasphys.viewer.gui.stage import Stage
 from atlasphys.viewer.gui.timeline import Timeline
 from atlasphys.viewer.gui.transport import Transport
 from atlasphys.viewer.gui.world import WorldSettings
+from atlasphys.viewer.meter import Beat
 from atlasphys.viewer.simulation import Model, Simulation
 
 FRAME_TIME = 1 / 30
-"""Least time between two drawings [s]."""
+"""Time between two drawings [s]."""
 
 PANEL_WIDTH = 450
 """Of the panel beside the scene [pixels]."""
@@ -85,6 +87,8 @@ class Page:
         self.shown = shown or Shown()
         self.selected: int | None = None
         """Id of the selected body."""
+        self.selected_before: int | None = None
+        """Id of the body that was selected before it."""
         self.selected_joint: int | None = None
         """Id of the selected joint."""
         self.dark = dark
@@ -92,20 +96,24 @@ class Page:
         self._dirty = True
         self._ended = threading.Event()
         self.frames_drawn = 0
-        self.apply_theme()
         self.server.gui.main_panel.set_width(PANEL_WIDTH)
+        self.server.gui.main_panel.dock_right()
         with self.server.atomic():
+            self.look = Look(self)
+            self.apply_theme()
             self.stage = Stage(self)
             self.cameras = Cameras(self)
             self.close_ups = CloseUps(self)
             self.transport = Timeline(self) if self.is_replay else Transport(self)
             tabs = self.server.gui.add_tab_group()
-            self.parts: list[Any] = [self.transport]
+            self.parts: list[Any] = [self.transport, self.look]
             with tabs.add_tab("Objects"):
-                self.parts.append(Objects(self))
+                self.objects = Objects(self)
+                self.parts.append(self.objects)
             if not self.is_replay:
                 with tabs.add_tab("Joints"):
-                    self.parts.append(Joints(self))
+                    self.joints = Joints(self)
+                    self.parts.append(self.joints)
                 with tabs.add_tab("World"):
                     self.parts.append(WorldSettings(self))
             with tabs.add_tab("Show"):
@@ -119,7 +127,6 @@ class Page:
                     Scenes(self)
             with tabs.add_tab("Help"):
                 add_shortcuts(self)
-        self.objects: Objects = self.parts[1]
         self.server.on_client_connect(lambda client: self.redraw())
         self.update_wanted()
         self._painter = threading.Thread(target=self._paint, name="painter", daemon=True)
@@ -155,6 +162,8 @@ class Page:
 
     def select(self, identity: int | None) -> None:
         """Select a body, or none."""
+        if identity != self.selected:
+            self.selected_before = None if identity is None else self.selected
         self.selected = identity
         self.update_wanted()
         self.redraw()
@@ -177,9 +186,10 @@ class Page:
     def update_wanted(self) -> None:
         """Tell the model what frames must hold."""
         contacts, totals = self.shown.needs_contacts or self.selected is not None, self.shown.plots
+        selected = self.selected
 
         def want(model: Any) -> None:
-            model.contacts_wanted, model.totals_wanted = contacts, totals
+            model.contacts_wanted, model.totals_wanted, model.body_wanted = contacts, totals, selected
             model.changes += 1
 
         self.do(want)
@@ -189,6 +199,7 @@ class Page:
         self.server.gui.configure_theme(
             dark_mode=self.dark, show_logo=False, show_share_button=False, brand_color=(54, 104, 176)
         )
+        self.look.apply_theme()
 
     def close(self) -> None:
         """Stop serving, and end the threads."""
@@ -203,11 +214,12 @@ class Page:
 
     def _paint(self) -> None:
         drawn: Frame | None = None
-        refreshed = 0.0
-        while not self._ended.is_set():
+        refreshed, beat = 0.0, Beat(FRAME_TIME)
+        while not self._ended.wait(beat.wait(time.perf_counter())):
             start = time.perf_counter()
             frame = self.simulation.frame if self._dirty else self.simulation.wait_for_news(drawn or self.frame, 0.1)
             if frame is not drawn or self._dirty:
+                beat.tick(start)
                 self._dirty = False
                 with self.server.atomic():
                     self.stage.draw(frame)
@@ -219,4 +231,3 @@ class Page:
                 with self.server.atomic():
                     for part in self.parts:
                         part.refresh(frame)
-            self._ended.wait(max(0.0, FRAME_TIME - (time.perf_counter() - start)))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from atlasphys.viewer.gui.joint_dialog import join_dialog
+
 if TYPE_CHECKING:
     from atlasphys.viewer.gui.page import Page
 
@@ -27,7 +29,8 @@ def add_shortcuts(page: Page) -> None:
     lines = "\n".join(f"| {key} | {label} |" for key, label in (*rows, *OWN_KEYS))
     gui.add_markdown(f"| key | what it does |\n|---|---|\n{lines}")
     gui.add_markdown(
-        "Click on a body to select it. Numbers that the world refuses are refused with the reason; nothing is changed then."
+        "Keys act while no field is being typed in. Click on a body, or on a line of a joint, to select it. "
+        "Numbers that the world refuses are refused with the reason; nothing is changed then."
     )
 
 
@@ -37,12 +40,20 @@ def _commands(page: Page) -> list[tuple[str, str, Callable[[Any], Any]]]:
     def toggle(name: str) -> Callable[[Any], Any]:
         return lambda client: page.show.toggle(name)
 
+    def select_nothing() -> None:
+        page.select(None)
+        page.select_joint(None)
+
+    def delete(client: Any) -> None:
+        no_body = page.selected is None and page.selected_joint is not None
+        page.joints.act("Remove joint", client) if no_body else page.objects.act("Delete", client)
+
     cameras = page.cameras
     common: list[tuple[str, str, Callable[[Any], Any]]] = [
         ("F", "Camera near the selected body, following it, or back", cameras.toggle_close_up),
         ("K", "Close-up of the selected body in a window, on or off", page.close_ups.toggle),
         ("O", "Orthographic or perspective", cameras.toggle_projection),
-        ("escape", "Select nothing", lambda client: page.select(None)),
+        ("escape", "Select nothing", lambda client: select_nothing()),
         ("G", "Grid on or off", toggle("grid")),
         ("P", "Planes on or off", toggle("plane")),
         ("V", "Velocity arrows on or off", toggle("velocity")),
@@ -74,6 +85,7 @@ def _commands(page: Page) -> list[tuple[str, str, Callable[[Any], Any]]]:
         ("C", "Add a cube", lambda client: page.objects.quick_add("cube", client)),
         ("X", "Add a sphere", lambda client: page.objects.quick_add("sphere", client)),
         ("T", "Shoot a ball from the camera", cameras.shoot),
-        ("delete", "Delete the selected body", lambda client: page.objects.act("Delete", client)),
+        ("U", "Join the two bodies selected last, by a dialog", lambda client: join_dialog(page, client)),
+        ("delete", "Delete the selected body, or else joint", delete),
         *common,
     ]

@@ -12,8 +12,11 @@ SWITCHES = {
     "grid": ("Grid", "Lines on the planes"),
     "axes": ("Coordinate axes", "x red, y green, z blue"),
     "velocity": ("Velocity arrows", "Blue; 0.25 m for each m/s"),
-    "force": ("Mass × acceleration arrows", "Green; as long as a body is wide where it is the typical weight"),
-    "impulse": ("Contact impulse arrows", "Red; on each body, from each contact point"),
+    "force": (
+        "m × a arrows",
+        "Mass times acceleration, green; as long as a body is wide where it is the typical weight",
+    ),
+    "impulse": ("Impulse arrows", "Of contacts, red; on each body, from each contact point"),
     "contacts": ("Contact points", "Orange"),
     "normals": ("Contact normals", "Violet; from body a to body b"),
     "boxes": ("Bounding boxes", "Of the first 600 bodies"),
@@ -22,7 +25,7 @@ SWITCHES = {
         "Cyan from centres to anchors; orange from anchor to anchor; magenta axes; grey: disabled or broken",
     ),
     "islands": ("Islands by colour", "Bodies that touch one another have one colour"),
-    "sleeping": ("Mark sleeping bodies", "They turn grey"),
+    "sleeping": ("Mark sleeping", "Sleeping bodies turn grey"),
     "centers": ("Centres of mass", "Black"),
     "shadows": ("Shadows", "Switch them off on a slow computer"),
 }
@@ -30,7 +33,7 @@ OF_CONTACTS = ("impulse", "contacts", "normals", "islands")
 
 
 class Show:
-    """The switches. A recording has none of joints; one without contacts has none of theirs."""
+    """The switches. A recording without joints, or without contacts, has none of theirs."""
 
     def __init__(self, page: Page) -> None:
         self._page = page
@@ -38,8 +41,10 @@ class Show:
         self.switches: dict[str, Any] = {}
         lacking: tuple[str, ...] = ()
         if page.is_replay:
-            recorded = page.simulation.model.has_contacts  # type: ignore[attr-defined]
-            lacking = ("joints",) if recorded else ("joints", "sleeping", *OF_CONTACTS)
+            recording: Any = page.simulation.model
+            lacking = ("sleeping",) if recording.has_contacts else ("sleeping", *OF_CONTACTS)
+            if not recording.has_joints:
+                lacking = ("joints", *lacking)
         for name, (label, hint) in SWITCHES.items():
             if name in lacking:
                 continue

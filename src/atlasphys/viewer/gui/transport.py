@@ -16,6 +16,10 @@ LONG = 1.0
 """A step that takes this long is explained [s]."""
 
 
+SHARE = 0.02
+"""Stages that take less of a step are not named."""
+
+
 class Transport:
     """The buttons of a live world, and its clock."""
 
@@ -65,7 +69,8 @@ class Transport:
 def status(frame: Frame, waiting: str, dark: bool = False) -> str:
     """The clock as HTML."""
     total = sum(frame.stages.values())
-    stages = ", ".join(f"{name} {1e3 * seconds:.2f}" for name, seconds in frame.stages.items() if seconds > 5e-6)
+    large = [(name, 1e3 * seconds) for name, seconds in frame.stages.items() if seconds > max(5e-6, SHARE * total)]
+    stages = ", ".join(f"{name} {milliseconds:.2f}" for name, milliseconds in large)
     state = "running" if frame.running else "stopped"
     factor = f" at {frame.real_time_factor:.2f} × real time" if frame.running else ""
     asleep = int(frame.asleep.sum())
@@ -74,8 +79,9 @@ def status(frame: Frame, waiting: str, dark: bool = False) -> str:
         f"<b>{html.escape(frame.title)}</b>: {len(frame.table)} bodies"
         + (f" ({asleep} asleep)" if asleep else "")
         + f", {frame.contact_count} contact points",
-        f"{1e3 * total:.2f} ms a step" + (f": {stages}" if stages else ""),
     ]
+    if not frame.is_recorded:
+        lines.append(f"{1e3 * total:.2f} ms a step" + (f": {stages}" if stages else ""))
     if waiting:
         lines.append(f"<i>{waiting}</i>")
     if frame.error:
