@@ -64,8 +64,8 @@ def distance_squared(p, q):
 
 @simd_kernel
 def recycle(points_each, integers, delta, geometry, old, new, limits):
-    """Carry eight manifolds of up to ``points_each`` (1 or 4) points over, row by row, where they may be recycled; RESULT of ``integers`` says for
-    done.
+    """Carry eight manifolds of up to ``points_each`` (1 or 4) points over, row by row, where they may be recycled; RESULT of ``integers`` says
+    for which that was done.
 
     ``delta`` (3, 8) is x_b − x_a. ``limits``: slip² [m²]; (2 sin(θ / 4))² of turn and of twist; gap beyond which there is no contact [m]; change
     of depth in a step [m].
