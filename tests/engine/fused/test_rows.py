@@ -20,6 +20,7 @@ CHANGES = st.one_of(
     st.tuples(st.just("steps"), st.sampled_from([1, 3, 45])),
     st.tuples(st.just("diverge"), st.integers(0, 30)),
     st.tuples(st.just("threads"), st.sampled_from([1, 2])),
+    st.tuples(st.just("solver"), st.sampled_from(["soft_step", "xpbd", "sequential_impulse"])),
 )
 
 
@@ -30,6 +31,8 @@ def change(world: ap.World, what, *values) -> None:
         world.add(values[0], position=(x, y + 2, z))
     elif what == "steps":
         world.run(seconds=values[0] * DT, dt=DT)
+    elif what == "solver":
+        world.threads, world.solver = 1, values[0]
     elif what == "threads":
         if world.solver == "soft_step":
             world.threads = values[0]
@@ -79,7 +82,7 @@ def seen(world: ap.World):
 def test_a_world_goes_on_as_one_that_knows_nothing_of_rows(settings_of):
     """The other one is restored from its own snapshot again and again, and so has new rows each time."""
 
-    @settings(max_examples=10, deadline=None)
+    @settings(max_examples=20, deadline=None)
     @given(st.lists(CHANGES, min_size=6, max_size=20))
     def goes_on(changes):
         worlds = [ap.World(**settings_of) for _ in range(2)]
