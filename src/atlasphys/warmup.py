@@ -13,13 +13,14 @@ from functools import partial
 from typing import Any
 
 import atlasphys as ap
-from atlasphys.engine import run
+from atlasphys.engine.fused import addresses
 from atlasphys.engine.fused.bounce import bounce_address, bounce_address_with_locks
-from atlasphys.engine.fused.constants import Constants
+from atlasphys.engine.fused.constants import Constants, constants
 from atlasphys.engine.fused.detection import detection_address
 from atlasphys.engine.fused.generic import generic_address
 from atlasphys.engine.fused.response import response_address, response_address_with_locks
 from atlasphys.engine.fused.steps import run_steps
+from atlasphys.engine.fused.workspace import Workspace
 from atlasphys.engine.manifold import update_manifolds
 from atlasphys.engine.solvers.sequential_impulse import SequentialImpulse, advance
 from atlasphys.engine.solvers.soft_step import SoftStep
@@ -31,26 +32,26 @@ PRECISIONS = {"single": "f", "double": "d"}
 def empty_state(precision: str) -> State:
     """A state without bodies."""
     state = State(PRECISIONS[precision], Environment((0.0, 0.0, 0.0), 1.0, 1.0, 0, 0))
-    state.workspace = run.Workspace(state, "auto", "soft_step")
+    state.workspace = Workspace(state, "auto", "soft_step")
     return state
 
 
 def compile_part(kernel: Callable[..., Any], precision: str) -> None:
     """Compile a part of the default step."""
     state = empty_state(precision)
-    kernel(*run.part_arguments(state, _constants(state)))
+    kernel(*addresses.part_arguments(state, _constants(state)))
 
 
 def compile_steps(precision: str) -> None:
     """Compile the default step itself."""
     state = empty_state(precision)
     space = state.workspace
-    before = (*run.tables(state), state.contacts, space.kept, 0)
-    run_steps(*before, space.tree.fat, _constants(state), space.work, 0, run.NO_SYNC)
+    before = (*addresses.tables(state), state.contacts, space.kept, 0)
+    run_steps(*before, space.tree.fat, _constants(state), space.work, 0, addresses.NO_SYNC)
 
 
 def _constants(state: State) -> Constants:
-    return run.constants(state.real.char, state.environment, SoftStep(), 1 / 60, 0.0)
+    return constants(state.real.char, state.environment, SoftStep(), 1 / 60, 0.0)
 
 
 def compile_classic_solver(precision: str) -> None:
@@ -115,7 +116,9 @@ STEP: dict[str, Callable[[str], None]] = {
     "bounce-with-locks": partial(compile_part, bounce_address_with_locks),
 }
 OTHERS: dict[str, Callable[[str], None]] = {
-    run.job_of(kernel): partial(compile_part, kernel) for kernels in run.RESPONSES.values() for kernel in kernels
+    addresses.job_of(kernel): partial(compile_part, kernel)
+    for kernels in addresses.RESPONSES.values()
+    for kernel in kernels
 }
 CLASSIC: dict[str, Callable[[str], None]] = {"classic-solver": compile_classic_solver}
 WORLDS: dict[str, Callable[[str], None]] = {preset: partial(use_worlds, preset) for preset in ("default", "classic")}

@@ -14,6 +14,7 @@ import atlasphys as ap
 from atlasphys.engine import threads
 from atlasphys.engine.run import run
 from atlasphys.engine.solvers.soft_step import SoftStep
+from atlasphys.engine.state.manifolds import live_rows
 from atlasphys.engine.step import DivergedError, Pipeline
 from atlasphys.engine.team import PATIENCE, SHARED
 
@@ -74,7 +75,7 @@ def bits(world):
     """All that a step leaves behind."""
     state = world._state
     arrays = [a[: state.count] for a in (state.bodies.position, state.bodies.orientation, state.bodies.motion)]
-    arrays += [a[: state.manifold_count] for a in state.manifolds]
+    arrays += [a[live_rows(state.manifolds, state.manifold_count)] for a in state.manifolds]
     return [np.ascontiguousarray(a).tobytes() for a in (*arrays, state.began, state.ended)]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from atlasphys.engine.state.bodies import AWAKE, DYNAMIC, KINDS
-from atlasphys.engine.state.manifolds import DEPTH, LOCAL_A, LOCAL_B, NORMAL, POINT_COLUMNS
+from atlasphys.engine.state.manifolds import DEPTH, LOCAL_A, LOCAL_B, NORMAL, POINT_COLUMNS, live_rows
 from atlasphys.engine.state.state import State
 from atlasphys.errors import InvalidArgumentError
 from atlasphys.world.arguments import LARGEST_COORDINATE
@@ -224,7 +224,9 @@ def contact_count(state: State) -> int:
 def contact_points(state: State) -> np.recarray[Any, Any]:
     """One record per contact point of the manifolds that touch."""
     manifolds, count = state.manifolds, state.manifold_count
-    rows, points = np.nonzero((np.arange(4) < manifolds.count[:count, None]) & manifolds.touching[:count, None])
+    live = live_rows(manifolds, count)
+    places, points = np.nonzero((np.arange(4) < manifolds.count[live, None]) & manifolds.touching[live, None])
+    rows = live[places]
     a, b = state.colliders.body[manifolds.a[rows]], state.colliders.body[manifolds.b[rows]]
     first = POINT_COLUMNS * points
     records = np.zeros(len(rows), CONTACT)

@@ -15,10 +15,11 @@ import numpy.typing as npt
 
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.constants import RESTITUTION_THRESHOLD
+from atlasphys.engine.fused.addresses import compile_ahead
 from atlasphys.engine.joints.compose import break_joints
 from atlasphys.engine.joints.kinds.kind import JointKind
 from atlasphys.engine.manifold.build import COMBINE_RULES
-from atlasphys.engine.run import compile_ahead, run
+from atlasphys.engine.run import run
 from atlasphys.engine.shapes.mass import mass_properties
 from atlasphys.engine.shapes.plane import Plane
 from atlasphys.engine.shapes.shape import Shape

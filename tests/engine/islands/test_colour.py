@@ -15,31 +15,36 @@ from tests.engine.islands.blocks import in_blocks
 
 
 @kernel
-def colour(ends, count, live, number, moves, used, colours, sizes, starts):
-    colour_contacts(ends, count, live, number, moves, used, colours, sizes)
+def colour(ends, row, count, live, number, moves, used, colours, sizes, starts):
+    colour_contacts(ends, row, count, live, number, moves, used, colours, sizes)
     return block_ranges(sizes, starts)
 
 
 @kernel
-def fill(ends, count, live, number, moves, colours, starts, cursor, integers_one, integers_many):
-    fill_blocks(ends, count, live, number, moves, colours, starts, cursor, integers_one, integers_many)
+def fill(ends, row, count, live, number, moves, colours, starts, cursor, integers_one, integers_many):
+    fill_blocks(ends, row, count, live, number, moves, colours, starts, cursor, integers_one, integers_many)
 
 
 @kernel
-def put_first(contact, gravity, live, number, scratch):
-    weight_first(contact, gravity, live, number, scratch)
+def put_first(contact, row, gravity, live, number, scratch):
+    weight_first(contact, row, gravity, live, number, scratch)
+
+
+def rows_for(pairs):
+    """A row of manifolds for each of so many pairs, in no order."""
+    return np.random.default_rng(pairs).permutation(pairs + 3)[:pairs].astype(np.int32)
 
 
 @given(st.lists(st.floats(-1, 1), max_size=30), st.sampled_from([(0.0, -9.81, 0.0), (0.0, 0.0, 0.0), (3.0, 0.0, 4.0)]))
 def test_contacts_that_carry_weight_come_first(heights, gravity):
     normals = np.array([(np.sqrt(1 - y * y), y, 0.0) for y in heights]).reshape(-1, 3)
-    contact = np.zeros((len(heights), 16))
-    contact[:, NORMAL : NORMAL + 3] = normals
+    contact, row = np.zeros((len(heights) + 3, 16)), rows_for(len(heights))
+    contact[row, NORMAL : NORMAL + 3] = normals
     live = np.arange(len(heights), dtype=np.int32)[::-1].copy()
     along = [(normals[i] @ gravity) ** 2 >= 0.5 * np.dot(gravity, gravity) for i in live]
     wanted = [i for i, first in zip(live, along, strict=True) if first]
     wanted += [i for i, first in zip(live, along, strict=True) if not first]
-    put_first(contact, gravity, live, len(live), np.empty(len(live), np.int32))
+    put_first(contact, row, gravity, live, len(live), np.empty(len(live), np.int32))
     assert live.tolist() == wanted
 
 
@@ -51,11 +56,13 @@ def coloured(pairs, points, moves, live, hubs):
     colours, used = np.full(len(pairs), -1, np.int8), np.zeros(len(moves), np.uint64)
     used[list(hubs)] = ~np.uint64(0)
     sizes, starts = np.zeros((2, COLOURS + 1), np.int64), np.zeros((2, COLOURS + 2), np.int64)
-    number = colour(ends, points, live, len(live), moves, used, colours, sizes, starts)
+    row, count = rows_for(len(pairs)), np.zeros(len(pairs) + 3, np.int32)
+    count[row] = points
+    number = colour(ends, row, count, live, len(live), moves, used, colours, sizes, starts)
     assert number == max((colours[i] + 1 for i in live), default=0)
     blocks = [np.full((starts[k, COLOURS + 1] + 1, INTEGERS, LANES), 7, np.int32) for k in range(2)]
     cursor = np.zeros((2, COLOURS + 1), np.int64)
-    fill(ends, points, live, len(live), moves, colours, starts, cursor, *blocks)
+    fill(ends, row, count, live, len(live), moves, colours, starts, cursor, *blocks)
     return colours, sizes, starts, blocks
 
 
@@ -82,7 +89,7 @@ def check(pairs, points, moves, live, hubs=()):
             if c == COLOURS:
                 assert filled.sum() == 1
             for lane in np.flatnonzero(filled):
-                i = mine[MANIFOLD, lane]
+                i = rows_for(len(pairs)).tolist().index(mine[MANIFOLD, lane])
                 placed.append(i)
                 assert colours[i] == c
                 assert (points[i] > 1) == bool(k)

@@ -11,14 +11,14 @@ from atlasphys.engine.state.bodies import AWAKE, CHANGED, DYNAMIC, KINEMATIC, ST
 
 
 @kernel
-def sleep(a, b, live, number, body, linked, kind, island, rest, motion, active, count, parent, ready):
-    return put_to_sleep(a, b, live, number, body, linked, kind, island, rest, motion, active, count, parent, ready)
+def sleep(pairs, live, number, body, linked, kind, island, rest, motion, active, count, parent, ready):
+    return put_to_sleep(pairs, live, number, body, linked, kind, island, rest, motion, active, count, parent, ready)
 
 
 @kernel
-def wake(a, b, live, number, body, linked, kind, island, rest, active, count, marked, island_before, rest_before):
+def wake(pairs, live, number, body, linked, kind, island, rest, active, count, marked, island_before, rest_before):
     return wake_touched(
-        a, b, live, number, body, linked, kind, island, rest, active, count, marked, island_before, rest_before
+        pairs, live, number, body, linked, kind, island, rest, active, count, marked, island_before, rest_before
     )  # fmt: skip
 
 
@@ -75,13 +75,7 @@ def worlds(draw):
 def columns(pairs, count):
     pairs = np.array(pairs, np.int32).reshape(-1, 2)
     number = len(pairs)
-    return (
-        pairs[:, 0].copy(),
-        pairs[:, 1].copy(),
-        np.arange(number, dtype=np.int32),
-        number,
-        np.arange(count, dtype=np.int32),
-    )
+    return pairs, np.arange(number, dtype=np.int32), number, np.arange(count, dtype=np.int32)
 
 
 def contacts_and_joints(pairs, count):

@@ -22,6 +22,7 @@ from atlasphys.engine.state.manifolds import (
     RESTITUTION,
     ROLLING,
     TORSIONAL,
+    live_rows,
 )
 from tests.world.scenes import stack, steps
 
@@ -173,7 +174,7 @@ def rows(world):
             "local": m.local[i].reshape(4, POINT_COLUMNS).copy(),
             "friction_impulse": m.friction_impulse[i].reshape(4, 3).copy(),
         }
-        for i in range(state.manifold_count)
+        for i in live_rows(m, state.manifold_count)
     }
 
 

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import atlasphys as ap
+from atlasphys.engine.state.manifolds import live_rows
 from atlasphys.engine.state.pose import refresh
 
 G, H = 9.81, 1 / 60
@@ -65,7 +66,8 @@ def test_bounces_count_in_the_totals_and_in_no_warm_start(e):
         given = (contacts.normal * contacts.normal_impulse[:, None] + contacts.friction_impulse).sum(axis=0)
         assert 2 * ball.velocity - before == pytest.approx(given, abs=2e-5)
         highest = max(highest, float(contacts.normal_impulse.sum()))
-        assert world._state.manifolds.points[: world._state.manifold_count].max(initial=0) < 0.2 * highest + 1
+        live = live_rows(world._state.manifolds, world._state.manifold_count)
+        assert world._state.manifolds.points[live].max(initial=0) < 0.2 * highest + 1
     impact = np.sqrt(9 + 2 * G * 0.2)
     assert highest == pytest.approx(2 * (1 + e) * impact, rel=0.06)  # gravity acts on to the end of the step
 
@@ -125,7 +127,7 @@ def test_torsional_friction_stops_a_spinning_ball():
     count = int(0.5 * spin / deceleration / H)
     world.run(count * H, H)
     assert ball.angular_velocity[1] == pytest.approx(spin - deceleration * count * H, rel=1e-3)
-    torsion = world._state.manifolds.total[0, 7]
+    torsion = world._state.copy().manifolds.total[0, 7]
     assert abs(torsion) == pytest.approx(mu * patch * ball.mass * G * H, rel=1e-3)
     world.run(2 * count * H, H)
     assert abs(ball.angular_velocity[1]) < 1e-4

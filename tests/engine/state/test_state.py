@@ -37,6 +37,8 @@ def test_growth_and_copies_keep_rows():
     assert all(len(array) == 8 for array in grown)
     assert with_capacity(grown, 2).position.tolist() == [[0, 1, 2], [3, 4, 5]]
     assert with_capacity(grown, 3, 1).position.tolist() == [[0, 1, 2], [0, 0, 0], [0, 0, 0]]
+    grown.position[:] = -0.0
+    assert np.signbit(with_capacity(grown, 9, 8).position[:8]).all()
 
 
 def test_all_state_arrays_stay_aligned():

@@ -3,6 +3,7 @@
 import numpy as np
 
 from atlasphys.engine.broadphase.fat_boxes import near
+from atlasphys.engine.fused.rows import carry_over, take_row
 from atlasphys.engine.jit import inlined, kernel, routine
 from atlasphys.engine.manifold.build import combine_materials_lane
 from atlasphys.engine.manifold.recycle import (
@@ -17,7 +18,7 @@ from atlasphys.engine.manifold.recycle import (
     recycle,
 )
 from atlasphys.engine.manifold.renew import renew
-from atlasphys.engine.narrowphase.apart import carry_expiry, certain
+from atlasphys.engine.narrowphase.apart import certain
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KINDS, collide_lanes, place_lane
 from atlasphys.engine.narrowphase.lanes.common import ROOM
 from atlasphys.engine.simd import LANES
@@ -26,20 +27,16 @@ from atlasphys.engine.simd.bits import fetch
 from atlasphys.engine.simd.by_address import part_of
 from atlasphys.engine.state.bodies import KINEMATIC
 from atlasphys.engine.state.work import (
-    BEGAN,
     CHUNK,
-    ENDED,
     GENERIC,
     KEEPS,
     KINEMATIC_BODIES,
     LOOK_NEARER,
-    OLD_ROWS,
     PAIRS,
     PAIRS_CHANGED,
     PARITY,
     RECYCLE_MANY,
     RECYCLE_ONE,
-    RENAME,
     STEP,
     TASKS,
 )
@@ -47,30 +44,6 @@ from atlasphys.engine.team import member_of
 
 PLANE_CELL = 64.0
 """Cell size of the lattice on which a plane's centre is taken to be [m]."""
-
-
-@routine
-def find_origins(pairs, count, old_a, old_b, old_count, old_touching, old_rows, origin, ended):
-    """The row of each pair in last step's table, −1 if it is not there; both are ordered. Returns how many touching pairs are no longer
-    candidates."""
-    j = lost = 0
-    for p in range(count):
-        a, b = pairs[p, 0], pairs[p, 1]
-        while j < old_rows and (old_a[j] < a or (old_a[j] == a and old_b[j] < b)):
-            if old_count[j] > 0 and old_touching[j]:
-                ended[lost, 0], ended[lost, 1] = old_a[j], old_b[j]
-                lost += 1
-            j += 1
-        origin[p] = -1
-        if j < old_rows and old_a[j] == a and old_b[j] == b:
-            origin[p] = j
-            j += 1
-    while j < old_rows:
-        if old_count[j] > 0 and old_touching[j]:
-            ended[lost, 0], ended[lost, 1] = old_a[j], old_b[j]
-            lost += 1
-        j += 1
-    return lost
 
 
 @inlined
@@ -92,11 +65,8 @@ def fill_pair_lane(lane, p, work, center, old_count, lanes):
     """Put pair p into a lane of the scratch block. Returns the rows of its bodies."""
     a, b = bodies_of(p, work.pair_bodies)
     lanes.integers[PAIR_A, lane], lanes.integers[PAIR_B, lane] = a, b
-    j = max(work.origin[p], 0)
-    count = old_count[j] if work.origin[p] >= 0 else 0
-    lanes.integers[OLD_ROW, lane] = j if count > 0 else 0
-    lanes.integers[OLD_COUNT, lane] = count
-    lanes.integers[NEW_ROW, lane] = p
+    lanes.integers[OLD_ROW, lane] = work.row[p]
+    lanes.integers[OLD_COUNT, lane] = old_count[work.row[p]]
     side = work.plane_side[p]
     if side == 0:
         for k in range(3):
@@ -110,16 +80,19 @@ def fill_pair_lane(lane, p, work, center, old_count, lanes):
 
 
 @routine
-def renew_lanes(step, number, pairs, origin, geometry, material, constants, old, new, lanes):
-    """Write the manifolds of the first ``number`` lanes from their contact points."""
+def renew_lanes(listed, first, number, geometry, material, constants, old, new, work, lanes):
+    """Write the manifolds of the ``number`` pairs from ``listed[first]`` on, which fill as many lanes, from their contact points."""
+    pairs = work.pairs
     for lane in range(number):
-        p = lanes.integers[NEW_ROW, lane]
+        p = listed[first + lane]
         combine_materials_lane(
             material, pairs[p, 0], pairs[p, 1], constants.friction_rule, constants.restitution_rule, lanes.materials, lane
         )  # fmt: skip
-        j = lanes.integers[OLD_ROW, lane]
+        if lanes.tags[4, lane] > 0 and work.row[p] == 0:
+            work.row[p] = take_row(work)
+        lanes.integers[NEW_ROW, lane] = work.row[p]
         for k in range(4):
-            lanes.features[k, lane] = old.feature[j, k]
+            lanes.features[k, lane] = old.feature[lanes.integers[OLD_ROW, lane], k]
     for lane in range(number, LANES):  # idle lanes
         lanes.tags[4, lane] = 0
     renew(
@@ -127,13 +100,16 @@ def renew_lanes(step, number, pairs, origin, geometry, material, constants, old,
         constants.match_distance,
     )  # fmt: skip
     for lane in range(number):
-        p, points = lanes.integers[NEW_ROW, lane], lanes.tags[4, lane]
-        new.collided[p] = step
-        new.count[p] = points
-        for k in range(4):
-            new.feature[p, k] = lanes.tags[k, lane] if k < points else 0
-        known = lanes.integers[OLD_COUNT, lane] > 0
-        new.touching[p] = points > 0 and known and old.touching[lanes.integers[OLD_ROW, lane]]
+        row, points = lanes.integers[NEW_ROW, lane], lanes.tags[4, lane]
+        if row == 0:
+            continue
+        new.count[row] = points
+        if points > 0:
+            p = listed[first + lane]
+            new.a[row], new.b[row], new.collided[row] = pairs[p, 0], pairs[p, 1], work.status[STEP]
+            new.touching[row] = lanes.integers[OLD_COUNT, lane] > 0 and old.touching[row]
+            for k in range(4):
+                new.feature[row, k] = lanes.tags[k, lane] if k < points else 0
 
 
 @routine
@@ -151,9 +127,9 @@ def collide_queue(kind, bodies, colliders, shapes, constants, old, new, work, la
     for lane in range(number):
         a, b = lanes.integers[PAIR_A, lane], lanes.integers[PAIR_B, lane]
         room = certain(float(lanes.contact[ROOM, lane]), work.extent[a] + work.extent[b])
-        work.expiry[lanes.integers[NEW_ROW, lane]] = work.travel[a] + work.travel[b] + room
+        work.expiry[lanes.queue[kind, lane]] = work.travel[a] + work.travel[b] + room
     renew_lanes(
-        work.status[STEP], number, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes
+        lanes.queue[kind], 0, number, bodies.geometry, colliders.material, constants, old, new, work, lanes
     )  # fmt: skip
 
 
@@ -178,7 +154,8 @@ def recycle_waiting(points, first, number, bodies, colliders, shapes, constants,
     for lane in range(LANES):
         p = waiting[first + min(lane, number - 1)]
         fill_pair_lane(lane, p, work, bodies.center, old.count, lanes)
-        lanes.integers[HAS_COPY, lane] = 1 if new.collided[p] == old.collided[work.origin[p]] else 0
+        row = lanes.integers[OLD_ROW, lane]
+        lanes.integers[HAS_COPY, lane] = 1 if new.collided[row] == old.collided[row] else 0
     if points > 1:
         recycle(4, lanes.integers, lanes.delta, bodies.geometry, old, new, constants.recycling)
     else:
@@ -189,35 +166,31 @@ def recycle_waiting(points, first, number, bodies, colliders, shapes, constants,
     for lane in range(number):
         p = waiting[first + lane]
         if recycled & (1 << lane):
-            j = work.origin[p]
-            new.count[p], new.touching[p] = old.count[j], old.touching[j]
-            if new.collided[p] != old.collided[j]:
-                new.collided[p] = old.collided[j]
+            row = work.row[p]
+            new.count[row], new.touching[row] = old.count[row], old.touching[row]
+            if new.collided[row] != old.collided[row]:
+                new.a[row], new.b[row], new.collided[row] = old.a[row], old.b[row], old.collided[row]
                 for k in range(4):
-                    new.feature[p, k] = old.feature[j, k]
+                    new.feature[row, k] = old.feature[row, k]
         else:
             enqueue(p, bodies, colliders, shapes, constants, old, new, work, lanes)
 
 
 @routine
-def keep_asleep(p, j, old, new, copied):
-    """The manifold of two bodies that neither move nor are disturbed stays as it is."""
-    if copied[p] >= 2:
-        return
-    copied[p] += 1
-    new.count[p] = old.count[j] if j >= 0 else 0
-    if new.count[p] > 0:
-        new.touching[p], new.collided[p] = old.touching[j], old.collided[j]
-        for k in range(4):
-            new.feature[p, k] = old.feature[j, k]
-        for k in range(16):
-            new.contact[p, k], new.reference[p, k] = old.contact[j, k], old.reference[j, k]
-        for k in range(32):
-            new.points[p, k], new.local[p, k] = old.points[j, k], old.local[j, k]
-        for k in range(8):
-            new.total[p, k] = old.total[j, k]
-        for k in range(12):
-            new.friction_impulse[p, k] = old.friction_impulse[j, k]
+def keep_asleep(row, old, new):
+    """The manifold of two bodies that neither move nor are disturbed stays as it is: it is copied once."""
+    new.a[row], new.b[row], new.count[row] = old.a[row], old.b[row], old.count[row]
+    new.touching[row], new.collided[row] = old.touching[row], old.collided[row]
+    for k in range(4):
+        new.feature[row, k] = old.feature[row, k]
+    for k in range(16):
+        new.contact[row, k], new.reference[row, k] = old.contact[row, k], old.reference[row, k]
+    for k in range(32):
+        new.points[row, k], new.local[row, k] = old.points[row, k], old.local[row, k]
+    for k in range(8):
+        new.total[row, k] = old.total[row, k]
+    for k in range(12):
+        new.friction_impulse[row, k] = old.friction_impulse[row, k]
 
 
 @routine
@@ -228,20 +201,11 @@ def is_turntable(bodies, i):
 
 
 @routine
-def begin_detection(old, new, work):
-    """Find the pairs' rows in last step's table, name those in the next one, and forget last step's events."""
-    status, pairs = work.status, work.pairs
-    count = status[PAIRS]
-    status[GENERIC] = status[BEGAN] = status[ENDED] = 0
-    if status[PAIRS_CHANGED]:
-        status[ENDED] = find_origins(
-            pairs, count, old.a, old.b, old.count, old.touching, status[OLD_ROWS], work.origin, work.ended
-        )
-        carry_expiry(work.origin, count, work.expiry_before, work.expiry)
-    if status[RENAME] > 0:
-        status[RENAME] -= 1
-        for p in range(count):
-            new.a[p], new.b[p], new.collided[p] = pairs[p, 0], pairs[p, 1], -1
+def begin_detection(new, work):
+    """Take over what is known of the pairs that have been candidates before."""
+    work.status[GENERIC] = 0
+    if work.status[PAIRS_CHANGED]:
+        carry_over(new, work)
 
 
 @routine
@@ -263,7 +227,7 @@ def detect(bodies, colliders, shapes, constants, reach, old, new, work, lanes, m
 
 @routine
 def leave_distant(first, number, bodies, colliders, shapes, constants, reach, old, new, work, lanes):
-    """Have those of up to eight waiting pairs collided whose tight boxes touch; how long the others stay apart is noted."""
+    """Have those of up to eight waiting pairs collided whose tight boxes touch; the others have no points, and how long they stay apart is noted."""
     waiting = lanes.waiting[LOOK_NEARER]
     for lane in range(LANES):
         p = waiting[first + min(lane, number - 1)]
@@ -271,8 +235,10 @@ def leave_distant(first, number, bodies, colliders, shapes, constants, reach, ol
     touching = near(lanes.pairs, reach, lanes.gap) if work.status[KEEPS] else (1 << LANES) - 1
     for lane in range(number):
         if not touching & (1 << lane):
-            travel = work.travel[lanes.pairs[0, lane]] + work.travel[lanes.pairs[1, lane]]
-            work.expiry[waiting[first + lane]] = travel + lanes.gap[0, lane]
+            p, travel = waiting[first + lane], work.travel[lanes.pairs[0, lane]] + work.travel[lanes.pairs[1, lane]]
+            work.expiry[p] = travel + lanes.gap[0, lane]
+            if work.row[p] > 0:
+                new.count[work.row[p]] = 0
     for lane in range(number):
         if touching & (1 << lane):
             enqueue(waiting[first + lane], bodies, colliders, shapes, constants, old, new, work, lanes)
@@ -288,28 +254,31 @@ def sort_pairs(first, stop, bodies, constants, old, new, work, lanes):
     work.generic[first:stop] = 0
     for p in range(first, stop):
         a, b = bodies_of(p, work.pair_bodies)
-        j = work.origin[p]
+        known = old.count[work.row[p]]
+        row = work.row[p] if known > 0 else 0  # it may have lost its points in the last step
+        work.row[p] = row
         if not (work.active[a] | work.active[b]):
-            keep_asleep(p, j, old, new, work.copied)
+            if row > 0 and not work.copied[p]:
+                keep_asleep(row, old, new)
+            work.copied[p] = 1
             continue
-        points = old.count[max(j, 0)] if j >= 0 and recycling else 0
+        points = known if recycling else 0
         if status[KINEMATIC_BODIES] and (is_turntable(bodies, a) or is_turntable(bodies, b)):
             points = 0
-        soon = j if points > 0 else 0
+        soon = row if points > 0 else 0
         fetch(old.reference, soon, 0)
         fetch(old.local, soon, 0)
         fetch(old.contact, soon, 0)
         fetch(old.points, soon, 0)
-        soon = j if points > 1 else 0
+        soon = row if points > 1 else 0
         fetch(old.local, soon, 16)
         fetch(old.points, soon, 16)
         lanes.waiting[RECYCLE_MANY, many] = lanes.waiting[RECYCLE_ONE, one] = lanes.waiting[LOOK_NEARER, nearer] = p
         many += 1 if points > 1 else 0
         one += 1 if points == 1 else 0
         expired = (work.travel[a] + work.travel[b] >= work.expiry[p]) | (not keeps)
-        nearer += 1 if (points == 0) & expired else 0
+        nearer += 1 if (points == 0) & (expired | (known > 0)) else 0
         work.copied[p] = 0
-        new.count[p] = 0
     queued[KINDS + RECYCLE_MANY], queued[KINDS + RECYCLE_ONE], queued[KINDS + LOOK_NEARER] = many, one, nearer
 
 

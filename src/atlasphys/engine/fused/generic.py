@@ -12,7 +12,7 @@ from atlasphys.engine.narrowphase.layout import lay_out
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call, call_address
 from atlasphys.engine.simd.by_address import part_of
-from atlasphys.engine.state.work import EDGE_LIMIT, GENERIC, LAID_OUT, PARITY, ROUTINES, SLOTS, STEP
+from atlasphys.engine.state.work import EDGE_LIMIT, GENERIC, LAID_OUT, PARITY, ROUTINES, SLOTS
 from atlasphys.engine.team import member_of, share
 
 # Tasks of a team (team.py); those of steps.py have other numbers.
@@ -91,9 +91,7 @@ def take_generic(bodies, colliders, constants, contacts, kept, old, new, work):
                     )
                 lanes.contact[7 + 4 * k, lane] = contacts.depth[kept[k]]
                 lanes.tags[k, lane] = contacts.feature[kept[k]]
-        renew_lanes(
-            work.status[STEP], filled, work.pairs, work.origin, bodies.geometry, colliders.material, constants, old, new, lanes
-        )  # fmt: skip
+        renew_lanes(work.generic, start, filled, bodies.geometry, colliders.material, constants, old, new, work, lanes)
 
 
 @routine

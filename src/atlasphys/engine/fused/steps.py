@@ -13,6 +13,7 @@ from atlasphys.engine.fused.detection import (
     list_generic,
 )
 from atlasphys.engine.fused.generic import COLLIDE_GENERIC, LAY_OUT_GENERIC, TAKE_GENERIC
+from atlasphys.engine.fused.rows import give_back_rows, note_touching
 from atlasphys.engine.islands.colour import COLOURS, block_ranges, colour_contacts, fill_blocks, weight_first
 from atlasphys.engine.islands.sleep import list_active, list_awake, note_rest, put_to_sleep, wake_touched
 from atlasphys.engine.islands.split import MOST_CONTACTS, deal_contacts, find_hubs
@@ -23,10 +24,8 @@ from atlasphys.engine.simd.address import address_call, call_address
 from atlasphys.engine.simd.atomic import now
 from atlasphys.engine.simd.by_address import part_of
 from atlasphys.engine.state.joint_work import KEEP_RESULTS
-from atlasphys.engine.state.manifolds import DEPTH, POINT_COLUMNS
 from atlasphys.engine.state.pose import refresh
 from atlasphys.engine.state.work import (
-    BEGAN,
     BLOCKS_MANY,
     BLOCKS_ONE,
     BOUNCES,
@@ -39,7 +38,6 @@ from atlasphys.engine.state.work import (
     DETECTION,
     DIVERGED,
     DONE,
-    ENDED,
     FINISH,
     FINISHED,
     FORCES,
@@ -58,7 +56,6 @@ from atlasphys.engine.state.work import (
     NEED_GENERIC,
     NEED_PAIRS,
     NEED_PARTS,
-    OLD_ROWS,
     PAIRS,
     PAIRS_CHANGED,
     PARITY,
@@ -98,14 +95,14 @@ def list_bodies(bodies, count, work):
 
 
 @routine
-def list_live(count, rows, pair_bodies, active, live):
-    """List the manifolds that have points and an active body; return how many."""
+def list_live(count, row, pairs, pair_bodies, active, live):
+    """List those of so many pairs that have points and an active body; return how many."""
     number = 0
-    for i in range(rows):
+    for i in range(pairs):
         block, lane = i // LANES, i % LANES
         moves = active[pair_bodies[block, 0, lane]] | active[pair_bodies[block, 1, lane]]
         live[number] = i  # no branch: a processor would guess wrong half the time
-        number += 1 if (count[i] > 0) & (moves != 0) else 0
+        number += 1 if (count[row[i]] > 0) & (moves != 0) else 0
     return number
 
 
@@ -116,7 +113,7 @@ def arrange_contacts(bodies, count, new, work):
     status, live, ends = work.status, work.status[LIVE], work.pair_bodies
     status[HUBS] = status[PARTS] = 0
     work.used[:] = np.uint64(0)
-    colour_contacts(ends, new.count, work.live, live, work.moves, work.used, work.colours, work.sizes)
+    colour_contacts(ends, work.row, new.count, work.live, live, work.moves, work.used, work.colours, work.sizes)
     status[COLOURED] = block_ranges(work.sizes, work.starts)
     if status[SPLITS] and status[COLOURED] > MOST_CONTACTS:
         status[HUBS], status[PARTS] = find_hubs(ends, work.live, live, work.moves, count, work.parent, work.hubs)
@@ -132,15 +129,15 @@ def arrange_contacts(bodies, count, new, work):
             work.used,
         )  # fmt: skip
         ends = work.ends
-        colour_contacts(ends, new.count, work.live, live, work.moves, work.used, work.colours, work.sizes)
+        colour_contacts(ends, work.row, new.count, work.live, live, work.moves, work.used, work.colours, work.sizes)
         block_ranges(work.sizes, work.starts)
         status[COLOURED] = COLOURS + 1
     status[BLOCKS_ONE], status[BLOCKS_MANY] = work.starts[0, COLOURS + 1], work.starts[1, COLOURS + 1]
     if len(work.blocks_one) < status[BLOCKS_ONE] or len(work.blocks_many) < status[BLOCKS_MANY]:
         return NEED_BLOCKS
     fill_blocks(
-        ends, new.count, work.live, live, work.moves, work.colours, work.starts, work.cursor, work.integers_one,
-        work.integers_many,
+        ends, work.row, new.count, work.live, live, work.moves, work.colours, work.starts, work.cursor,
+        work.integers_one, work.integers_many,
     )  # fmt: skip
     return FINISHED
 
@@ -156,8 +153,8 @@ def rest(bodies, colliders, count, constants, new, work):
                 constants.h * constants.substeps, bodies.rest,
             )  # fmt: skip
         status[SLEPT] = put_to_sleep(
-            new.a, new.b, work.live, status[LIVE], colliders.body, work.linked, bodies.kind, bodies.island, bodies.rest, bodies.motion,
-            work.active, count, work.parent, work.ready,
+            work.pairs, work.live, status[LIVE], colliders.body, work.linked, bodies.kind, bodies.island, bodies.rest,
+            bodies.motion, work.active, count, work.parent, work.ready,
         )  # fmt: skip
         if status[SLEPT]:
             status[SLEEPERS_CHANGED] = 1
@@ -186,28 +183,6 @@ def remember(bodies, remembered, work, member):
                     remembered.orientation[i, k] = bodies.orientation[i, k]
                 for k in range(16):
                     remembered.motion[i, k] = bodies.motion[i, k]
-
-
-@routine
-def note_events(new, old, work):
-    """Which pairs touch now, and which began or ceased to in this step."""
-    status, pairs = work.status, work.pairs
-    ended = status[ENDED]
-    for p in range(status[PAIRS]):
-        j = work.origin[p]
-        touched = (j >= 0) & (old.count[max(j, 0)] > 0) & (old.touching[max(j, 0)] != 0)
-        work.ended[ended, 0], work.ended[ended, 1] = pairs[p, 0], pairs[p, 1]
-        ended += 1 if touched & (new.count[p] == 0) else 0
-    status[ENDED] = ended
-    for s in range(status[LIVE]):
-        p = work.live[s]
-        if not new.touching[p]:
-            for k in range(new.count[p]):
-                if new.total[p, k] > 0 or new.points[p, POINT_COLUMNS * k + DEPTH] >= 0:
-                    new.touching[p] = True
-            if new.touching[p]:
-                work.began[status[BEGAN], 0], work.began[status[BEGAN], 1] = pairs[p, 0], pairs[p, 1]
-                status[BEGAN] += 1
 
 
 @routine
@@ -275,7 +250,7 @@ def run_steps(
                 return NEED_PAIRS
             status[CHECKED] = 0
             time = note_time(work.times, BROADPHASE, time)
-            begin_detection(old, new, work)
+            begin_detection(new, work)
             do_task(sync, COLLIDE, status[PAIRS] // PAIRS_EACH)
             status[PHASE] = RESPOND
             if status[GENERIC] > 0:
@@ -291,18 +266,18 @@ def run_steps(
             do_task(sync, TAKE_GENERIC, 1)
             status[PHASE] = RESPOND
         time = note_time(work.times, NARROWPHASE, time)
-        live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
+        live = list_live(new.count, work.row, status[PAIRS], work.pair_bodies, work.active, work.live)
         if status[SLEEPS]:
             status[WOKEN] += wake_touched(
-                new.a, new.b, work.live, live, colliders.body, work.linked, bodies.kind, bodies.island, bodies.rest, work.active, count,
+                work.pairs, work.live, live, colliders.body, work.linked, bodies.kind, bodies.island, bodies.rest, work.active, count,
                 work.ready, work.island_before, work.rest_before,
             )  # fmt: skip
             if status[WOKEN]:
                 list_bodies(bodies, count, work)
-                live = list_live(new.count, status[PAIRS], work.pair_bodies, work.active, work.live)
+                live = list_live(new.count, work.row, status[PAIRS], work.pair_bodies, work.active, work.live)
         status[LIVE] = live
         if status[WEIGHT_FIRST]:
-            weight_first(new.contact, constants.gravity, work.live, live, work.generic)
+            weight_first(new.contact, work.row, constants.gravity, work.live, live, work.generic)
         missing = arrange_contacts(bodies, count, new, work)
         if missing != FINISHED:
             return missing
@@ -319,15 +294,12 @@ def run_steps(
         time = note_time(work.times, SOLVER, time)
         rest(bodies, colliders, count, constants, new, work)
         do_task(sync, REMEMBER, body_work)
-        note_events(new, old, work)
+        note_touching(new, work)
+        give_back_rows(old, new, work)
         if status[FORCES]:
             bodies.force[:] = 0
             status[FORCES] = 0
-        if status[PAIRS_CHANGED]:
-            for p in range(status[PAIRS]):
-                work.origin[p] = p
-            status[PAIRS_CHANGED] = 0
-        status[OLD_ROWS] = status[PAIRS]
+        status[PAIRS_CHANGED] = 0
         status[STEP] += 1
         status[PARITY] = 1 - status[PARITY]
         status[PHASE] = DETECT

@@ -20,12 +20,12 @@ COLOURS = 64
 
 
 @routine
-def colour_contacts(ends, count, live, number, moves, used, colours, sizes):
-    """Give the first ``number`` of the manifolds ``live`` their colours, and count them.
+def colour_contacts(ends, row, count, live, number, moves, used, colours, sizes):
+    """Give the first ``number`` of the pairs ``live`` their colours, and count them.
 
-    ``ends`` (blocks, 2, 8) are the rows between which each is solved, ``moves`` says which rows impulses move; ``used`` (rows,) uint64 are the
-    colours that each row has in use, and may not get any more. ``sizes`` (2, COLOURS + 1) receives the number of contacts per class (0: one
-    point; 1: more) and colour.
+    ``ends`` (blocks, 2, 8) are the rows between which each is solved, ``row`` the row of its manifold, which has ``count`` points; ``moves`` says
+    which rows impulses move; ``used`` (rows,) uint64 are the colours that each row has in use, and may not get any more. ``sizes`` (2, COLOURS + 1)
+    receives the number of contacts per class (0: one point; 1: more) and colour.
     """
     one = np.uint64(1)
     full = ~np.uint64(0)
@@ -45,13 +45,13 @@ def colour_contacts(ends, count, live, number, moves, used, colours, sizes):
             used[row_a] |= bit
             used[row_b] |= bit
         colours[i] = colour
-        sizes[1 if count[i] > 1 else 0, colour] += 1
+        sizes[1 if count[row[i]] > 1 else 0, colour] += 1
 
 
 @routine
-def weight_first(contact, gravity, live, number, scratch):
-    """Move the contacts that carry weight, whose normal is within 45° of gravity's line, to the front of a list of manifolds; the order is kept
-    otherwise. ``scratch`` has as many entries as the list.
+def weight_first(contact, row, gravity, live, number, scratch):
+    """Move the contacts that carry weight, whose normal is within 45° of gravity's line, to the front of a list of pairs; the order is kept
+    otherwise. Pair i has row ``row[i]`` of ``contact``. ``scratch`` has as many entries as the list.
 
     For solvers that begin each substep without impulses: the first of several contacts that could carry a body is the one that does. If the colours
     of contacts side by side fall between those of contacts one above the other, all rows of a wall come to rest on the same side, and lean.
@@ -60,7 +60,7 @@ def weight_first(contact, gravity, live, number, scratch):
     first, rest = 0, 0
     for s in range(number):
         i = live[s]
-        along = vec.dot(vec.load_columns(contact, i, NORMAL), gravity)
+        along = vec.dot(vec.load_columns(contact, row[i], NORMAL), gravity)
         if along * along >= type(g)(0.5) * g:
             live[first] = i
             first += 1
@@ -90,7 +90,7 @@ def block_ranges(sizes, starts):
 
 
 @routine
-def fill_blocks(ends, count, live, number, moves, colours, starts, cursor, integers_one, integers_many):
+def fill_blocks(ends, row, count, live, number, moves, colours, starts, cursor, integers_one, integers_many):
     """Write which manifold, and which rows, each lane of each block holds. ``cursor`` (2, COLOURS + 1) is scratch."""
     for points in range(2):
         for colour in range(COLOURS + 1):
@@ -100,7 +100,8 @@ def fill_blocks(ends, count, live, number, moves, colours, starts, cursor, integ
     for s in range(number):
         i = live[s]
         colour = colours[i]
-        points = 1 if count[i] > 1 else 0
+        manifold = row[i]
+        points = 1 if count[manifold] > 1 else 0
         place = cursor[points, colour]
         cursor[points, colour] += LANES if colour == COLOURS else 1
         block, lane = place // LANES, place % LANES
@@ -108,7 +109,7 @@ def fill_blocks(ends, count, live, number, moves, colours, starts, cursor, integ
         row_a, row_b = ends[i // LANES, 0, i % LANES], ends[i // LANES, 1, i % LANES]
         integers[block, BODY_A, lane], integers[block, BODY_B, lane] = row_a, row_b
         integers[block, MOVES_A, lane], integers[block, MOVES_B, lane] = moves[row_a], moves[row_b]
-        integers[block, MANIFOLD, lane], integers[block, COUNT, lane] = i, count[i]
+        integers[block, MANIFOLD, lane], integers[block, COUNT, lane] = manifold, count[manifold]
 
 
 @routine

@@ -68,17 +68,17 @@ def fill_up(blocks, filled):
 
 @routine
 def wake_touched(
-    a, b, live, number, body, linked, kind, island, rest, active, count, marked, island_before, rest_before
+    pairs, live, number, body, linked, kind, island, rest, active, count, marked, island_before, rest_before
 ):  # fmt: skip
     """Wake each island that has a contact with an active body, or a joint. Returns how many bodies woke.
 
-    ``live`` lists the manifolds with points, ``linked`` (n, 2) joined bodies. ``marked`` (n,) is scratch, zero before and after. ``island_before``
-    and ``rest_before`` (n,) receive what the two were of those that wake.
+    ``live`` lists those of the ``pairs`` that have contact points, ``linked`` (n, 2) joined bodies. ``marked`` (n,) is scratch, zero before and
+    after. ``island_before`` and ``rest_before`` (n,) receive what the two were of those that wake.
     """
     found = False
     for s in range(number + len(linked)):
         if s < number:
-            row_a, row_b = body[a[live[s]]], body[b[live[s]]]
+            row_a, row_b = body[pairs[live[s], 0]], body[pairs[live[s], 1]]
         else:
             row_a, row_b = linked[s - number, 0], linked[s - number, 1]
         for sleeper, other in ((row_a, row_b), (row_b, row_a)):
@@ -118,7 +118,7 @@ def note_rest(rows, blocks, kind, motion, response, radius, slow, h, rest):
 
 
 @routine
-def put_to_sleep(a, b, live, number, body, linked, kind, island, rest, motion, active, count, parent, ready):
+def put_to_sleep(pairs, live, number, body, linked, kind, island, rest, motion, active, count, parent, ready):
     """Let the islands sleep whose bodies have all rested for long enough. Returns how many bodies fell asleep.
 
     ``parent`` (n,) int32 and ``ready`` (n,) uint8 are scratch, the latter zero before and after.
@@ -133,7 +133,7 @@ def put_to_sleep(a, b, live, number, body, linked, kind, island, rest, motion, a
         return 0
     for s in range(number + len(linked)):
         if s < number:
-            row_a, row_b = body[a[live[s]]], body[b[live[s]]]
+            row_a, row_b = body[pairs[live[s], 0]], body[pairs[live[s], 1]]
         else:
             row_a, row_b = linked[s - number, 0], linked[s - number, 1]
         if kind[row_a] == DYNAMIC and kind[row_b] == DYNAMIC:

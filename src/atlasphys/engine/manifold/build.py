@@ -9,10 +9,10 @@ from atlasphys.engine.math import mat, vec
 from atlasphys.engine.state.manifolds import (
     ANCHOR_A,
     ANCHOR_B,
+    COLLISION_DEPTH,
     DEPTH,
     FRICTION,
     IS_FRESH,
-    IS_RECYCLABLE,
     LOCAL_A,
     LOCAL_B,
     NORMAL,
@@ -94,6 +94,7 @@ def build_manifolds(contacts, pairs, bodies, colliders, old, old_count, new, end
             vec.store_columns(new.local, i, first + LOCAL_A, mat.transpose_mul_vec(frame_a, r_a))
             vec.store_columns(new.local, i, first + LOCAL_B, mat.transpose_mul_vec(frame_b, r_b))
             new.points[i, first + DEPTH] = contacts.depth[kept[k]]
+            new.local[i, first + COLLISION_DEPTH] = 0  # for recycling alone
             new.feature[i, k] = contacts.feature[kept[k]]
         zero = normal[0] - normal[0]
         none = (zero, zero, zero)
@@ -121,8 +122,9 @@ def build_manifolds(contacts, pairs, bodies, colliders, old, old_count, new, end
             vec.store_columns(new.friction_impulse, i, 3 * k, rubbed)
         for c in range(PATCH_FRICTION, PATCH_ROLLING + 3):
             new.contact[i, c] = old.contact[j, c] if goes_on else zero
-        new.collided[i] = 0
-        new.contact[i, IS_FRESH], new.reference[i, IS_RECYCLABLE] = 1, 0
+        new.total[i] = 0
+        new.collided[i], new.contact[i, IS_FRESH] = 0, 1
+        new.reference[i] = 0  # not recyclable
         new.touching[i] = goes_on and old.touching[j]
         if goes_on:
             ended[j] = False

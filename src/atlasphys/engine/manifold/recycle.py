@@ -64,8 +64,8 @@ def distance_squared(p, q):
 
 @simd_kernel
 def recycle(points_each, integers, delta, geometry, old, new, limits):
-    """Carry eight manifolds of up to ``points_each`` (1 or 4) points over, where they may be recycled; RESULT of ``integers`` says for which that was
-    done.
+    """Carry eight manifolds of up to ``points_each`` (1 or 4) points over, row by row, where they may be recycled; RESULT of ``integers`` says
+    for which that was done.
 
     ``delta`` (3, 8) is x_b − x_a. ``limits``: slip² [m²]; (2 sin(θ / 4))² of turn and of twist; gap beyond which there is no contact [m]; change
     of depth in a step [m].
@@ -101,18 +101,17 @@ def recycle(points_each, integers, delta, geometry, old, new, limits):
         points[first + DEPTH] = select(valid, depth, 0)
         deepest = select(valid, maximum(depth, deepest), deepest)
     keeps = keeps & (deepest >= -margin)
-    target = load(integers, NEW_ROW)
     head = (*n, *head[3:IS_FRESH], full(n[0], 0), *head[IS_FRESH + 1 :])
-    scatter(new.contact, target, head, where=keeps)
-    scatter(new.points, target, tuple(points), where=keeps)
+    scatter(new.contact, row, head, where=keeps)
+    scatter(new.points, row, tuple(points), where=keeps)
     lacking = keeps & (load(integers, HAS_COPY) == 0)
 
     def copy():
         unused = (full(n[0], 0),) * (4 * POINT_COLUMNS - width)
-        scatter(new.local, target, (*local, *unused), where=lacking)
+        scatter(new.local, row, (*local, *unused), where=lacking)
         if unused:
-            scatter(new.points, target, unused, width, where=lacking)
-        scatter(new.reference, target, reference, where=lacking)
+            scatter(new.points, row, unused, width, where=lacking)
+        scatter(new.reference, row, reference, where=lacking)
 
     when(any_lane(lacking), copy)
     store(integers, RESULT, select(keeps, full(row, 1), 0))

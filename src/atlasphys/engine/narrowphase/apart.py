@@ -50,10 +50,3 @@ def add_travel(i, bodies, remembered, extent, travel):
         turned += (now - then) * (now - then)
         opposite += (now + then) * (now + then)
     travel[i] += math.sqrt(moved) + 2.0 * extent[i] * math.sqrt(min(turned, opposite))
-
-
-@routine
-def carry_expiry(origin, count, before, expiry):
-    """Carry what is known over to a new list of pairs; pair p is number ``origin[p]`` of the old list, or new if that is −1."""
-    for p in range(count):
-        expiry[p] = before[origin[p]] if origin[p] >= 0 else -math.inf

@@ -32,6 +32,7 @@ from atlasphys.engine.state.manifolds import (
     POINT_COLUMNS,
     RESTITUTION,
     Manifolds,
+    live_rows,
 )
 from atlasphys.engine.state.pose import refresh
 from atlasphys.engine.state.state import State
@@ -131,9 +132,10 @@ def contact_residuals(state: State) -> Residuals:
 
 
 def live_points(manifolds: Manifolds, count: int) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """Manifold and number within it of every point in use."""
-    rows, points = np.nonzero(np.arange(4) < manifolds.count[:count, None])
-    return rows, points
+    """Manifold and number within it of every point in use, in the order of the pairs."""
+    live = live_rows(manifolds, count)
+    places, points = np.nonzero(np.arange(4) < manifolds.count[live, None])
+    return live[places], points
 
 
 def normal_speed(motion: npt.NDArray[Any], a: Any, b: Any, arms: list[Doubles], normal: Doubles) -> Doubles:

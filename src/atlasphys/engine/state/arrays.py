@@ -46,7 +46,7 @@ def with_capacity(rows: Rows, capacity: int, used: int | None = None) -> Rows:
     for array in rows:
         grown = aligned_zeros((capacity, *array.shape[1:]), array.dtype)
         kept = array[: min(capacity, len(array) if used is None else used)]
-        if kept.any():  # zeros that nobody writes take no memory
+        if kept.view(np.uint8).any():  # zeros that nobody writes take no memory; −0 is a bit that counts
             grown[: len(kept)] = kept
         fields.append(grown)
     return type(rows)(*fields)

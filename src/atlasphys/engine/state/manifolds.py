@@ -1,7 +1,10 @@
 """Manifolds: the contact points of each touching or nearly touching pair, kept from step to step.
 
-Rows are ordered by (a, b), the pair's collider rows, so that two steps' manifolds are matched in one walk. Columns that are read
-together lie together, in rows of whole cache lines, so that eight manifolds load into vector registers at once.
+The classic step orders rows by (a, b), the pair's collider rows, so that two steps' manifolds are matched in one walk. In the fused step a pair keeps
+its row, the same in two tables, for as long as it has points; then another pair may get it, so the order means nothing (fused/rows.py). What is
+read out goes in the order of the pairs (``live_rows``).
+
+Columns that are read together lie together, in rows of whole cache lines, so that eight manifolds load into vector registers at once.
 """
 
 from typing import NamedTuple
@@ -86,6 +89,20 @@ def empty_manifolds(capacity: int, real: npt.DTypeLike) -> Manifolds:
         total=aligned_zeros((m, 8), real),
         friction_impulse=aligned_zeros((m, 12), real),
     )
+
+
+def live_rows(manifolds: Manifolds, count: int) -> npt.NDArray[np.intp]:
+    """Those of the first ``count`` rows that have contact points, in the order of their pairs."""
+    rows = np.flatnonzero(manifolds.count[:count])
+    return rows[np.lexsort((manifolds.b[rows], manifolds.a[rows]))]
+
+
+def arranged(manifolds: Manifolds, rows: npt.NDArray[np.intp], first: int = 0) -> Manifolds:
+    """A table of its own with copies of some rows of another one, in the given order, from row ``first`` on; the rows before it are zero."""
+    table = empty_manifolds(first + len(rows), manifolds.points.dtype)
+    for column, source in zip(table, manifolds, strict=True):
+        column[first:] = source[rows]
+    return table
 
 
 def with_rows(manifolds: Manifolds, capacity: int, used: int) -> Manifolds:

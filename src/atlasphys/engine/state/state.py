@@ -29,7 +29,9 @@ from atlasphys.engine.state.manifolds import (
     PENALTY,
     POINT_COLUMNS,
     Manifolds,
+    arranged,
     empty_manifolds,
+    live_rows,
 )
 from atlasphys.engine.state.pose import refresh
 
@@ -200,11 +202,13 @@ class State:
 
     def solver_changed(self) -> None:
         """Another solver goes on from here: friction counts for each pair as a whole, which all solvers read; penalties are forgotten."""
-        for table in (self.manifolds, self.next_manifolds):
-            together = table.contact[:, PATCH_FRICTION : PATCH_FRICTION + 3]
-            together += table.friction_impulse.reshape(-1, 4, 3).sum(axis=1)
-            table.friction_impulse[:] = 0
-            table.local[:, PENALTY::POINT_COLUMNS] = 0
+        table = self.manifolds = arranged(self.manifolds, live_rows(self.manifolds, self.manifold_count))
+        self.manifold_count = len(table.a)
+        self.next_manifolds = empty_manifolds(self.manifold_count, self.real)
+        together = table.contact[:, PATCH_FRICTION : PATCH_FRICTION + 3]
+        together += table.friction_impulse.reshape(-1, 4, 3).sum(axis=1)
+        table.friction_impulse[:] = 0
+        table.local[:, PENALTY::POINT_COLUMNS] = 0
         self.joints.forget()
         self.properties_changed()
 
@@ -235,9 +239,9 @@ class State:
         """Forget what was derived from the properties of a body, or of all bodies: they have been changed."""
         self.workspace, self.stale = None, True
         self.wake(row)
-        m = self.manifolds
-        touched = slice(None) if row is None else (m.a == row) | (m.b == row)
-        m.reference[touched, IS_RECYCLABLE] = 0
+        m, count = self.manifolds, self.manifold_count
+        touched = slice(None) if row is None else (m.a[:count] == row) | (m.b[:count] == row)
+        m.reference[:count][touched, IS_RECYCLABLE] = 0
 
     def remove(self, row: int) -> npt.NDArray[np.bool_]:
         """Remove a body, its collider, its manifolds and its joints, and close the gap. Returns which joints are kept, (joints before,)."""
@@ -338,7 +342,8 @@ class State:
         other.environment = replace(self.environment)
         other.bodies, other.colliders = copy_rows(self.bodies), copy_rows(self.colliders)
         other.table = self.table.copy()
-        other.manifolds = copy_rows(self.manifolds)
+        other.manifolds = arranged(self.manifolds, live_rows(self.manifolds, self.manifold_count))
+        other.manifold_count = len(other.manifolds.a)
         other.joints = self.joints.copy()
         other.began, other.ended = self.began.copy(), self.ended.copy()
         other._make_buffers()
@@ -359,7 +364,9 @@ class State:
             "manifold_ended",
             "workspace",
         )
-        return {name: value for name, value in self.__dict__.items() if name not in buffers}
+        kept = {name: value for name, value in self.__dict__.items() if name not in buffers}
+        table = kept["manifolds"] = arranged(self.manifolds, live_rows(self.manifolds, self.manifold_count))
+        return kept | {"manifold_count": len(table.a)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -372,7 +379,7 @@ class State:
     def hash(self) -> str:
         """A digest of all that decides how the world goes on, except its settings."""
         digest = hashlib.blake2b(digest_size=16)
-        live = np.flatnonzero(self.manifolds.count[: self.manifold_count])
+        live = live_rows(self.manifolds, self.manifold_count)
         digest.update(np.array([self.count, len(live), self.steps], np.int64).tobytes())
         digest.update(np.array([self.time, self.last_h], np.float64).tobytes())
         n = self.count

@@ -17,17 +17,17 @@ from atlasphys.engine.state.joints import PART_TYPES
 PHASE = 0  # where in a step to go on
 DONE = 1  # steps completed in this call
 PARITY = 2  # which of the two tables of manifolds is the present one
-OLD_ROWS = 3  # rows of the present table
+ROWS = 3  # rows of the tables of manifolds up to the last that has ever been taken, see fused/rows.py
 PAIRS = 4  # candidate pairs
-PAIRS_CHANGED = 5  # the candidate pairs are not those that the present table was made for
+PAIRS_CHANGED = 5  # the candidate pairs are not those of the last step
 GENERIC = 6  # pairs that no body over lanes collides
 BEGAN, ENDED = 7, 8  # contact events of the step
 BLOCKS_ONE, BLOCKS_MANY = 9, 10  # blocks that the step's contacts take
 FORCES = 11  # some body has a force to act in the next step
 BOUNCES = 12  # some contact of this step has restitution
 KEEPS = 13  # candidate pairs hold until a body leaves its fat box; else for one step
-RENAME = 15  # tables of manifolds whose rows do not yet have the names of the candidate pairs
 CHECKED = 14  # the candidate pairs are good for the coming step
+FREE = 15  # rows of the tables of manifolds that have been given back
 STEP = 16  # number of the coming step
 SLEEPS = 17  # bodies may fall asleep
 SLEEPERS_CHANGED = 18  # bodies were woken or put to sleep: lists of awake bodies are out of date
@@ -46,7 +46,9 @@ LAID_OUT = 33  # there is all that the pairs for other routines need
 SPLITS = 34  # bodies with many contacts are split
 NOTED = 35  # notes taken of this step's sweeps
 WEIGHT_FIRST = 36  # contacts that carry weight are coloured before the others
-ENTRIES = 37
+TAKEN = 37  # rows of the tables of manifolds that were taken in this step
+PAIRS_BEFORE = 38  # candidate pairs of the last step, while PAIRS_CHANGED
+ENTRIES = 39
 
 # Entries of ``Work.calls``, after those of the routines for rarer pairs
 ROUTINES = 3  # number of these
@@ -119,7 +121,7 @@ class Work(NamedTuple):
     pair_bodies: npt.NDArray[np.int32]
     """(P / 8, 2, 8) the two bodies of each pair, in blocks."""
     copied: npt.NDArray[np.uint8]
-    """(P,) how many of the two tables of manifolds hold the pair as it sleeps."""
+    """(P,) whether both tables of manifolds hold the pair as it sleeps."""
     live: npt.NDArray[np.int32]
     """(P,) pairs that have contact points in this step."""
     active: npt.NDArray[np.uint8]
@@ -139,16 +141,20 @@ class Work(NamedTuple):
     """(n + parts,) whether impulses move the body or part."""
     plane_side: npt.NDArray[np.int8]
     """(P,) 1 if the pair's first body is a plane, 2 if its second is, else 0."""
-    origin: npt.NDArray[np.int32]
-    """(P,) row of the pair in last step's manifolds, or −1."""
+    row: npt.NDArray[np.int32]
+    """(P,) row of the pair in either table of manifolds, or 0."""
     travel: npt.NDArray[np.float64]
     """(n,) the farthest that any point of the body may have moved in all, see narrowphase/apart.py [m]."""
     extent: npt.NDArray[np.float64]
     """(n,) greatest distance of a point of the body's shape from its position [m]."""
     expiry: npt.NDArray[np.float64]
     """(P,) sum of the two bodies' travels up to which the pair is known to be apart [m]."""
+    pairs_before: npt.NDArray[np.int32]
+    row_before: npt.NDArray[np.int32]
     expiry_before: npt.NDArray[np.float64]
-    """(P,) the same of the pairs of the last step, while PAIRS_CHANGED."""
+    """``pairs``, ``row`` and ``expiry`` of the last step, while PAIRS_CHANGED."""
+    free: npt.NDArray[np.int32]
+    """(rows,) rows of the tables of manifolds that have been given back; the last is taken first."""
     generic: npt.NDArray[np.int32]
     """(P,) pairs that no body over lanes collides; until all pairs have been looked at, marks at those pairs."""
     generic_pairs: npt.NDArray[np.int32]
@@ -216,7 +222,7 @@ class Work(NamedTuple):
     noted_motion: npt.NDArray[np.floating]
     """(N, n, 12) velocities after it, and motion since the step began."""
     noted_impulses: npt.NDArray[np.floating]
-    """(N, 4 P, 3) impulses of each contact point: along the normal and two tangents."""
+    """(N, 4 rows, 3) impulses of each contact point: along the normal and two tangents."""
 
 
 def in_blocks(rows: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
