@@ -376,7 +376,7 @@ def look_for_pairs(state: State, broadphase: str, h: float) -> None:
     """Bring the candidate pairs up to date."""
     shapes, margin, space = state.table.arrays, state.tolerances.margin, state.workspace
     if broadphase == "tree":
-        if space.tree.update(state.bodies, state.colliders, shapes, state.count, h, margin):
+        if space.tree.update(state.bodies, state.colliders, shapes, state.count, h, margin, state.environment.gravity):
             renew_pairs(state, space.tree.pairs)
     else:
         update_bounds(state.bodies, state.colliders, shapes, state.count, margin)

@@ -1,6 +1,11 @@
 """Fat boxes: bounds of moving bodies with room to move in, so that pairs found once hold for many steps.
 
-A pair of bodies can only come to touch after one of them has left its fat box. So a step asks just that, eight bodies at a time.
+The box of a body that is fast moves too, at a constant velocity, for some steps ahead. A pair of bodies can only come to touch after one of them
+has left its fat box, or after the steps for which the boxes were made. So a step asks just that, eight bodies at a time.
+
+The tree holds all that a box sweeps. Of two boxes whose sweeps overlap, most never meet: those of bodies that fall one behind the other, say.
+``keep_meeting`` leaves such pairs out (bounding volumes that move with time: S. Saltenis, C. S. Jensen, S. T. Leutenegger and M. A. Lopez, "Indexing the
+positions of continuously moving objects", 2000).
 """
 
 import math
@@ -39,17 +44,28 @@ from atlasphys.engine.simd import (
 )
 from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.arrays import aligned_zeros
-from atlasphys.engine.state.bodies import STATIC
+from atlasphys.engine.state.bodies import DYNAMIC, STATIC
 
 STEPS_AHEAD = 8
-"""A fat box has room for the motion of so many steps at the present velocity. Fewer: fast bodies leave their boxes more often.
+"""A fat box that stays has room for the motion of so many steps at the present velocity. Fewer: bodies leave their boxes more often.
 More: longer boxes, and more pairs that never touch."""
 
+STEPS_MOVING = 16
+"""A fat box that moves does so for at most so many steps. Fewer: pairs are looked for more often. More: sweeps are longer, and more of them overlap."""
+
+LONGEST_AHEAD = 0.25
+"""Longest time that a fat box moves [s]. Less than what a body must rest before it sleeps, for nobody asks whether a sleeping body is in its box."""
+
+FOREVER = 1e30
+"""How long a fat box holds that stays where it is [s]."""
+
 LONGEST_STRETCH = 8.0
-"""The room along an axis for a body's motion is at most so many times its bounding radius, so that a very fast body does not meet everything."""
+"""A fat box sweeps at most so many bounding radii along an axis, so that a very fast body does not meet everything: its box is made for fewer steps."""
 
 SPEED_SHARE = 0.25
-"""Part of the room for the motion that is added all round, because velocities change."""
+"""Part of the room for the motion that is added all round, because velocities change; at most the next number of bounding radii if the box moves."""
+
+MOST_CHANGE = 0.25
 
 ROUND_OFF = 1 + 2.0**-20
 """Factor on a tight box's reach, for the rounding of its computation in single precision, seven operations at 2⁻²⁴ each."""
@@ -69,14 +85,18 @@ class FatBoxes(NamedTuple):
     """(n, 8) the shape's box in the body's axes: 0–2 its centre relative to the centre of mass, 3–5 half sizes, 6 radius added all round,
     7 bounding radius about the centre of mass [m]."""
     center: npt.NDArray[np.float64]
-    """(n, 3) centre of the fat box [m]."""
+    """(n, 3) centre of the fat box when the clock was started [m]."""
     half: npt.NDArray[np.floating]
-    """(n, 8) 0–2 half sizes of the fat box; 3–5 from the centre of mass to the centre of the tight box, when the fat box was made [m]."""
+    """(n, 8) 0–2 half sizes of the fat box [m]; 3–5 its velocity [m/s]; 6 the clock's last time for which its sweep holds [s]. Infinitely large for
+    planes."""
+    clock: npt.NDArray[np.float64]
+    """(1,) time since pairs were last looked for [s]."""
     reach: npt.NDArray[np.floating]
     """(n, 8) the tight box as it is now, margin included: 0–2 lower and 3–5 upper corner, rounded outwards [m]. Infinite where it is not worked
     out: planes and static bodies."""
     boxes: npt.NDArray[np.float32]
-    """(n + 1, 8) the fat box for the tree: lower and upper corner, rounded outwards. The last row is empty, and so are those of planes."""
+    """(n + 1, 8) what the fat box sweeps, for the tree: lower and upper corner, rounded outwards. The last row is empty, and so are those of
+    planes."""
 
 
 def empty_fat_boxes(count: int, real: npt.DTypeLike) -> FatBoxes:
@@ -85,12 +105,15 @@ def empty_fat_boxes(count: int, real: npt.DTypeLike) -> FatBoxes:
     boxes[:, :3], boxes[:, 3:6] = np.inf, -np.inf
     reach = aligned_zeros((count, 8), real)
     reach[:, :3], reach[:, 3:6] = -np.inf, np.inf
+    half = aligned_zeros((count, 8), real)
+    half[:, :3], half[:, 6] = np.inf, FOREVER
     return FatBoxes(
-        aligned_zeros((count, 8), real),
-        aligned_zeros((count, 3), np.float64),
-        aligned_zeros((count, 8), real),
-        reach,
-        boxes,
+        bound=aligned_zeros((count, 8), real),
+        center=aligned_zeros((count, 3), np.float64),
+        half=half,
+        clock=np.zeros(1),
+        reach=reach,
+        boxes=boxes,
     )
 
 
@@ -118,10 +141,10 @@ def shape_bounds(
 
 
 @simd_kernel
-def room_left(block, rows, geometry, bound, half, offset, margin, room, reach) -> bool:
+def room_left(block, rows, geometry, bound, half, offset, clock, margin, room, reach) -> bool:
     """Store the tight boxes in ``reach``, and how far the tight boxes of eight bodies, ``margin`` included, are from the nearest side of their fat
-    boxes, −1 for NaN; return whether any is outside. ``offset`` (6, 8) has the centres of mass relative to the fat boxes' centres, and as they
-    are."""
+    boxes, −1 for NaN; return whether any is outside, or its fat box no longer good. ``offset`` (6, 8) has the centres of mass relative to the fat
+    boxes' centres at the start of the clock, and as they are."""
     index = load(rows, block)
     m = gather(geometry, index, 16)
     x, y, z, h0, h1, h2, radius, _ = gather(bound, index)
@@ -131,13 +154,16 @@ def room_left(block, rows, geometry, bound, half, offset, margin, room, reach) -
         a, b, c = m[3 * k], m[3 * k + 1], m[3 * k + 2]
         shift = a * x + b * y + c * z
         extent = (absolute(a) * h0 + absolute(b) * h1 + absolute(c) * h2 + (radius + margin)) * ROUND_OFF
-        left.append(halves[k] - (absolute(load(offset, k) + shift) * ROUND_OFF + extent))
+        come, gone = load(offset, k), clock * halves[3 + k]
+        away = absolute(come + shift - gone) * ROUND_OFF + (ROUND_OFF - 1) * (absolute(come) + absolute(gone))
+        left.append(halves[k] - (away + extent))
         middle = load(offset, 3 + k) + shift
         extent = extent + 2 * (ROUND_OFF - 1) * (absolute(middle) + absolute(shift))
         lower.append(middle - extent)
         upper.append(middle + extent)
     least = minimum(minimum(left[0], left[1]), left[2])
     outside = ~((left[0] >= 0.0) & (left[1] >= 0.0) & (left[2] >= 0.0))  # NaN also
+    outside = outside | (clock > halves[6])
     store(room, block, select(outside & ~(least < 0.0), -1.0, least))
     scatter(reach, index, (*lower, *upper, h0, h1))
     return any_lane(outside)
@@ -162,10 +188,10 @@ def has_left(first, stop, rows, center, geometry, fat, margin, offset, room):
 
     ``center`` and ``geometry`` are the bodies' columns; ``offset`` (6, 8) and ``room`` (at least blocks, 8) are scratch of the bodies' precision.
     """
-    left = False
+    left, clock = False, offset.dtype.type(fat.clock[0])
     for block in range(first, stop):
         load_offsets(block, rows, center, fat.center, offset)
-        if room_left(block, rows, geometry, fat.bound, fat.half, offset, margin, room, fat.reach):
+        if room_left(block, rows, geometry, fat.bound, fat.half, offset, clock, margin, room, fat.reach):
             left = True
     return left
 
@@ -187,16 +213,17 @@ def near(pairs, reach, gap) -> int:
 
 
 @kernel
-def flag_leavers(rows, count, center, geometry, motion, fat, near, margin, offset, room, changed):
+def flag_leavers(rows, count, center, geometry, motion, fat, near, soon, margin, offset, room, changed):
     """Flag in ``changed`` the bodies that have left their fat box, and if there are any, those that are about to. Return how many left and
-    how many are flagged. ``count`` is the number of bodies in ``rows``, ``near`` a distance [m].
+    how many are flagged. ``count`` is the number of bodies in ``rows``, ``near`` a distance [m], ``soon`` a time [s].
 
-    About to leave are bodies that have moved, in the direction in which they still move, farther than ``near`` from the box's centre.
+    About to leave are bodies that have moved, in the direction in which they still move, farther than ``near`` from the box's centre, and if the box
+    moves, farther than they are from its sides; and those whose box is good for less than ``soon``.
     """
-    left, flagged = 0, 0
+    left, flagged, clock = 0, 0, offset.dtype.type(fat.clock[0])
     for block in range(len(rows)):
         load_offsets(block, rows, center, fat.center, offset)
-        if room_left(block, rows, geometry, fat.bound, fat.half, offset, margin, room, fat.reach):
+        if room_left(block, rows, geometry, fat.bound, fat.half, offset, clock, margin, room, fat.reach):
             left += 1
     if left == 0:
         return 0, 0
@@ -205,44 +232,103 @@ def flag_leavers(rows, count, center, geometry, motion, fat, near, margin, offse
         block, lane = s // LANES, s % LANES
         row = rows[block, lane]
         gone = not room[block, lane] >= 0
-        soon = gone
-        if not gone:
-            along, distance = 0.0, 0.0
+        leaves = gone or fat.half[row, 6] < fat.clock[0] + soon
+        if not leaves:
+            along, distance, moves = 0.0, 0.0, False
             for k in range(3):
-                moved = center[row, k] + fat.half[row, 3 + k] - fat.center[row, k]
-                along += moved * motion[row, k]
+                shift = 0.0
+                for j in range(3):
+                    shift += np.float64(geometry[row, 3 * k + j]) * fat.bound[row, j]
+                velocity = np.float64(fat.half[row, 3 + k])
+                moved = center[row, k] + shift - (fat.center[row, k] + velocity * fat.clock[0])
+                along += moved * (motion[row, k] - velocity)
                 distance = max(distance, abs(moved))
-            soon = along > 0 and distance > near
+                moves = moves or velocity != 0
+            leaves = along > 0 and distance > (max(near, room[block, lane]) if moves else near)
         left += 1 if gone else 0
-        flagged += 1 if soon else 0
-        changed[row] = 1 if soon else 0
+        flagged += 1 if leaves else 0
+        changed[row] = 1 if leaves else 0
     return left, flagged
 
 
+@routine
+def time_ahead(speed, reach, h, fattening):
+    """How long the box of a body of that greatest speed along an axis and that bounding radius is to move [s]; 0: it is to stay.
+
+    The box holds at the beginning of the step after that many whole steps of ``h`` seconds, also with round-off in the sum of them.
+    """
+    ahead = min(STEPS_MOVING * h, LONGEST_AHEAD)
+    if not speed * ahead > fattening:
+        return 0.0
+    return h * (math.floor(min(ahead, LONGEST_STRETCH * reach / speed) / h) + 0.25)
+
+
 @kernel
-def fatten(rows, changed, kind, center, geometry, motion, h, margin, fattening, fat):
-    """Give new fat boxes to those bodies in the list ``rows`` that are flagged in ``changed``: the tight box, ``margin`` [m] included, and
-    ``fattening`` [m] all round, grown by what the body may turn and stretched along its way during the next steps of ``h`` seconds."""
-    bound = fat.bound
+def fatten(rows, changed, bodies, gravity, h, margin, fattening, fat):
+    """Start the clock anew, and give new fat boxes to those bodies in the list ``rows`` that are flagged in ``changed``: the tight box,
+    ``margin`` [m] included, and ``fattening`` [m] all round, grown by what the body may turn during the next steps of ``h`` seconds. The box is
+    stretched along the body's way if the body is slow, else it moves.
+
+    A body that falls moves along a parabola; its box moves along the chord.
+    """
+    bound, motion, geometry, clock = fat.bound, bodies.motion, bodies.geometry, fat.clock[0]
     for s in range(len(rows)):
         i = rows[s]
         if not changed[i]:
+            for k in range(3):
+                fat.center[i, k] += np.float64(fat.half[i, 3 + k]) * clock
+            fat.half[i, 6] -= clock
             continue
-        ahead = 0.0 if kind[i] == STATIC else STEPS_AHEAD * h
         # No point of the shape's box comes farther than ``reach`` from the centre of mass, however it turns.
-        reach, spin = np.float64(bound[i, 7]), 0.0
+        reach, spin, speed = np.float64(bound[i, 7]), 0.0, 0.0
         for k in range(3):
             spin += np.float64(motion[i, 3 + k]) ** 2
+            speed = max(speed, abs(np.float64(motion[i, k])))
+        free, rests = bodies.kind[i] == DYNAMIC, bodies.kind[i] == STATIC or bodies.rest[i] > 0
+        moving = 0.0 if rests else time_ahead(speed, reach, h, fattening)
+        ahead = 0.0 if bodies.kind[i] == STATIC else moving if moving > 0 else STEPS_AHEAD * h
+        fat.half[i, 6] = moving if moving > 0 else FOREVER
         turn = math.sqrt(spin) * ahead
         for k in range(3):
             shift, extent = 0.0, np.float64(bound[i, 6])
             for j in range(3):
                 shift += np.float64(geometry[i, 3 * k + j]) * bound[i, j]
                 extent += abs(np.float64(geometry[i, 3 * k + j])) * bound[i, 3 + j]
-            move = min(max(np.float64(motion[i, k]) * ahead, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
-            room = max(fattening, ROOM_OF_LARGE * extent) + SPEED_SHARE * abs(move)
-            room += min(turn * reach, reach + abs(shift) - extent)
-            middle = center[i, k] + shift + 0.5 * move
+            velocity = np.float64(motion[i, k])
+            move = velocity * ahead
+            room = max(fattening, ROOM_OF_LARGE * extent) + min(turn * reach, reach + abs(shift) - extent)
+            stretch = sweep = fat.half[i, 3 + k] = 0.0
+            if moving > 0:
+                fall = 0.5 * ahead * ahead * gravity[k] * bodies.response[i, 0] if free else 0.0
+                fall = min(max(fall, -abs(move)), abs(move))
+                room += min(SPEED_SHARE * abs(move), MOST_CHANGE * reach) + 0.25 * abs(fall)
+                fat.half[i, 3 + k] = velocity + fall / ahead
+                sweep = np.float64(fat.half[i, 3 + k]) * fat.half[i, 6]
+            else:
+                stretch = min(max(move, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
+                room += SPEED_SHARE * abs(stretch)
+            middle = bodies.center[i, k] + shift + 0.5 * stretch
             fat.center[i, k] = middle
-            fat.half[i, k], fat.half[i, 3 + k] = extent + margin + room + 0.5 * abs(move), shift
-            store_interval(fat.boxes, i, k, middle - fat.half[i, k], middle + fat.half[i, k])
+            fat.half[i, k] = extent + margin + room + 0.5 * abs(stretch)
+            half = np.float64(fat.half[i, k])
+            store_interval(fat.boxes, i, k, middle + min(sweep, 0.0) - half, middle + max(sweep, 0.0) + half)
+
+
+@kernel
+def keep_meeting(pairs, fat):
+    """Move those pairs to the front whose fat boxes may meet while both are good; return how many there are. The clock has just been started.
+
+    Boxes that lie apart along an axis, on the same side now and at the end, do not meet: their way is straight.
+    """
+    found = 0
+    for p in range(len(pairs)):
+        a, b = pairs[p, 0], pairs[p, 1]
+        time, apart = np.float64(min(fat.half[a, 6], fat.half[b, 6])), False
+        for k in range(3):
+            now = fat.center[b, k] - fat.center[a, k]
+            then = now + (np.float64(fat.half[b, 3 + k]) - fat.half[a, 3 + k]) * time
+            sizes = (np.float64(fat.half[a, k]) + fat.half[b, k]) * ROUND_OFF
+            apart = apart or (now > sizes and then > sizes) or (now < -sizes and then < -sizes)
+        pairs[found, 0], pairs[found, 1] = a, b
+        found += 0 if apart else 1
+    return found

@@ -328,6 +328,7 @@ def run_steps(
                 work.origin[p] = p
             status[PAIRS_CHANGED] = 0
         status[OLD_ROWS] = status[PAIRS]
+        fat.clock[0] += constants.substeps * np.float64(constants.h)
         status[STEP] += 1
         status[PARITY] = 1 - status[PARITY]
         status[PHASE] = DETECT
