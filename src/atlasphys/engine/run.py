@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from atlasphys.engine import ahead
 from atlasphys.engine.broadphase import BROADPHASES
-from atlasphys.engine.broadphase.fat_boxes import BOUNDING_RADIUS, shape_bounds
+from atlasphys.engine.broadphase.fat_boxes import BOUNDING_RADIUS, note_flight, shape_bounds
 from atlasphys.engine.broadphase.filters import without_joined
 from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
@@ -376,7 +376,10 @@ def look_for_pairs(state: State, broadphase: str, h: float) -> None:
     """Bring the candidate pairs up to date."""
     shapes, margin, space = state.table.arrays, state.tolerances.margin, state.workspace
     if broadphase == "tree":
-        if space.tree.update(state.bodies, state.colliders, shapes, state.count, h, margin, state.environment.gravity):
+        n, rows, last = state.count, state.manifold_count, state.manifolds
+        flying = np.empty(n, np.uint8)
+        note_flight(last.a[:rows], last.b[:rows], last.count[:rows], state.colliders.body, space.work.linked, flying)
+        if space.tree.update(state.bodies, state.colliders, shapes, n, h, margin, flying, state.environment.gravity):
             renew_pairs(state, space.tree.pairs)
     else:
         update_bounds(state.bodies, state.colliders, shapes, state.count, margin)

@@ -1,6 +1,6 @@
 """Fat boxes: bounds of moving bodies with room to move in, so that pairs found once hold for many steps.
 
-The box of a body that is fast moves too, at a constant velocity, for some steps ahead. A pair of bodies can only come to touch after one of them
+The box of a body in flight moves with it, at a constant velocity, for some steps ahead. A pair of bodies can only come to touch after one of them
 has left its fat box, or after the steps for which the boxes were made. So a step asks just that, eight bodies at a time.
 
 The tree holds all that a box sweeps. Of two boxes whose sweeps overlap, most never meet: those of bodies that fall one behind the other, say.
@@ -50,22 +50,27 @@ STEPS_AHEAD = 8
 """A fat box that stays has room for the motion of so many steps at the present velocity. Fewer: bodies leave their boxes more often.
 More: longer boxes, and more pairs that never touch."""
 
-STEPS_MOVING = 16
-"""A fat box that moves does so for at most so many steps. Fewer: pairs are looked for more often. More: sweeps are longer, and more of them overlap."""
+LONGEST_STRETCH = 8.0
+"""The room along an axis for a body's motion is at most so many times its bounding radius, so that a very fast body does not meet everything."""
 
-LONGEST_AHEAD = 0.25
-"""Longest time that a fat box moves [s]. Less than what a body must rest before it sleeps, for nobody asks whether a sleeping body is in its box."""
+SPEED_SHARE = 0.25
+"""Part of the room for the motion that is added all round, because velocities change."""
+
+STEPS_OF_FLIGHT = 24
+"""A fat box moves for at most so many steps. Fewer: pairs are looked for more often. More: sweeps are longer, and more of them overlap."""
+
+LONGEST_FLIGHT = 0.4
+"""Longest time that a fat box moves [s]. Less than what a body must rest before it sleeps, for no step asks whether a sleeping body is in its box."""
+
+LEAST_SHARE = 0.75
+"""Fat boxes move only if more than this part of the moving bodies are in flight, for fewer steps as fewer are. Where bodies meet, a box that moves is left
+at the first touch, and what it sweeps meets much; a box that stays and is stretched holds them longer."""
+
+LONGEST_SWEEP = 24.0
+"""A fat box sweeps at most so many bounding radii along an axis, or else moves for fewer steps: long boxes make a tree slow."""
 
 FOREVER = 1e30
 """How long a fat box holds that stays where it is [s]."""
-
-LONGEST_STRETCH = 8.0
-"""A fat box sweeps at most so many bounding radii along an axis, so that a very fast body does not meet everything: its box is made for fewer steps."""
-
-SPEED_SHARE = 0.25
-"""Part of the room for the motion that is added all round, because velocities change; at most the next number of bounding radii if the box moves."""
-
-MOST_CHANGE = 0.25
 
 ROUND_OFF = 1 + 2.0**-20
 """Factor on a tight box's reach, for the rounding of its computation in single precision, seven operations at 2⁻²⁴ each."""
@@ -217,8 +222,8 @@ def flag_leavers(rows, count, center, geometry, motion, fat, near, soon, margin,
     """Flag in ``changed`` the bodies that have left their fat box, and if there are any, those that are about to. Return how many left and
     how many are flagged. ``count`` is the number of bodies in ``rows``, ``near`` a distance [m], ``soon`` a time [s].
 
-    About to leave are bodies that have moved, in the direction in which they still move, farther than ``near`` from the box's centre, and if the box
-    moves, farther than they are from its sides; and those whose box is good for less than ``soon``.
+    About to leave are bodies that have moved, in the direction in which they still move, farther than ``near`` from the box's centre, or if the box
+    moves, nearer than that to its side; and those whose box is good for less than ``soon``.
     """
     left, flagged, clock = 0, 0, offset.dtype.type(fat.clock[0])
     for block in range(len(rows)):
@@ -244,32 +249,50 @@ def flag_leavers(rows, count, center, geometry, motion, fat, near, soon, margin,
                 along += moved * (motion[row, k] - velocity)
                 distance = max(distance, abs(moved))
                 moves = moves or velocity != 0
-            leaves = along > 0 and distance > (max(near, room[block, lane]) if moves else near)
+            leaves = along > 0 and (room[block, lane] < near if moves else distance > near)
         left += 1 if gone else 0
         flagged += 1 if leaves else 0
         changed[row] = 1 if leaves else 0
     return left, flagged
 
 
-@routine
-def time_ahead(speed, reach, h, fattening):
-    """How long the box of a body of that greatest speed along an axis and that bounding radius is to move [s]; 0: it is to stay.
-
-    The box holds at the beginning of the step after that many whole steps of ``h`` seconds, also with round-off in the sum of them.
-    """
-    ahead = min(STEPS_MOVING * h, LONGEST_AHEAD)
-    if not speed * ahead > fattening:
-        return 0.0
-    return h * (math.floor(min(ahead, LONGEST_STRETCH * reach / speed) / h) + 0.25)
+def longest_flight(share: float, h: float) -> float:
+    """For how long fat boxes are to move at most [s], if that part of the bodies are in flight, in steps of ``h`` seconds."""
+    steps = STEPS_OF_FLIGHT * (share - LEAST_SHARE) / (1 - LEAST_SHARE)
+    return min(steps * h, LONGEST_FLIGHT) if steps > STEPS_AHEAD else 0.0
 
 
 @kernel
-def fatten(rows, changed, bodies, gravity, h, margin, fattening, fat):
-    """Start the clock anew, and give new fat boxes to those bodies in the list ``rows`` that are flagged in ``changed``: the tight box,
-    ``margin`` [m] included, and ``fattening`` [m] all round, grown by what the body may turn during the next steps of ``h`` seconds. The box is
-    stretched along the body's way if the body is slow, else it moves.
+def note_flight(a, b, points, body, linked, flying):
+    """Note in ``flying`` which bodies have neither contacts nor joints: all but those of the pairs of colliders ``a``, ``b`` that have ``points``, and
+    the ``linked`` ones."""
+    flying[:] = 1
+    for p in range(len(points)):
+        if points[p] > 0:
+            flying[body[a[p]]] = flying[body[b[p]]] = 0
+    for joint in range(len(linked)):
+        flying[linked[joint, 0]] = flying[linked[joint, 1]] = 0
 
-    A body that falls moves along a parabola; its box moves along the chord.
+
+@routine
+def time_of_flight(speed, reach, longest, h, fattening):
+    """How long the box of a body of that greatest speed along an axis and that bounding radius is to move [s], at most about ``longest``; 0: it is to
+    stay.
+
+    The box holds at the beginning of the step after that many whole steps of ``h`` seconds, also with round-off in the sum of them.
+    """
+    if not speed * longest > fattening:
+        return 0.0
+    return h * (math.floor(min(longest, LONGEST_SWEEP * reach / speed) / h) + 0.25)
+
+
+@kernel
+def fatten(rows, changed, flying, longest, bodies, gravity, h, margin, fattening, fat):
+    """Start the clock anew, and give new fat boxes to those bodies in the list ``rows`` that are flagged in ``changed``: the tight box, ``margin`` [m]
+    included, and ``fattening`` [m] all round, grown by what the body may turn during the next steps of ``h`` seconds.
+
+    If the body is fast and flagged in ``flying``, the box moves, for at most about ``longest`` seconds; else it is stretched along the body's way. What falls moves along a parabola, its box
+    along the chord, from which it is at most a quarter of the fall away.
     """
     bound, motion, geometry, clock = fat.bound, bodies.motion, bodies.geometry, fat.clock[0]
     for s in range(len(rows)):
@@ -284,33 +307,31 @@ def fatten(rows, changed, bodies, gravity, h, margin, fattening, fat):
         for k in range(3):
             spin += np.float64(motion[i, 3 + k]) ** 2
             speed = max(speed, abs(np.float64(motion[i, k])))
-        free, rests = bodies.kind[i] == DYNAMIC, bodies.kind[i] == STATIC or bodies.rest[i] > 0
-        moving = 0.0 if rests else time_ahead(speed, reach, h, fattening)
-        ahead = 0.0 if bodies.kind[i] == STATIC else moving if moving > 0 else STEPS_AHEAD * h
-        fat.half[i, 6] = moving if moving > 0 else FOREVER
+        flight = 0.0
+        if flying[i] and bodies.kind[i] != STATIC and not bodies.rest[i] > 0:
+            flight = time_of_flight(speed, reach, longest, h, fattening)
+        ahead = flight if flight > 0 else 0.0 if bodies.kind[i] == STATIC else STEPS_AHEAD * h
+        scale = np.float64(bodies.response[i, 0]) if bodies.kind[i] == DYNAMIC else 0.0
         turn = math.sqrt(spin) * ahead
+        fat.half[i, 6] = flight if flight > 0 else FOREVER
         for k in range(3):
             shift, extent = 0.0, np.float64(bound[i, 6])
             for j in range(3):
                 shift += np.float64(geometry[i, 3 * k + j]) * bound[i, j]
                 extent += abs(np.float64(geometry[i, 3 * k + j])) * bound[i, 3 + j]
-            velocity = np.float64(motion[i, k])
-            move = velocity * ahead
             room = max(fattening, ROOM_OF_LARGE * extent) + min(turn * reach, reach + abs(shift) - extent)
-            stretch = sweep = fat.half[i, 3 + k] = 0.0
-            if moving > 0:
-                fall = 0.5 * ahead * ahead * gravity[k] * bodies.response[i, 0] if free else 0.0
-                fall = min(max(fall, -abs(move)), abs(move))
-                room += min(SPEED_SHARE * abs(move), MOST_CHANGE * reach) + 0.25 * abs(fall)
-                fat.half[i, 3 + k] = velocity + fall / ahead
-                sweep = np.float64(fat.half[i, 3 + k]) * fat.half[i, 6]
+            stretch = velocity = 0.0
+            if flight > 0:
+                fall = 0.5 * scale * gravity[k] * flight * flight
+                velocity = motion[i, k] + fall / flight
+                room += 0.25 * abs(fall)
             else:
-                stretch = min(max(move, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
+                stretch = min(max(motion[i, k] * ahead, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
                 room += SPEED_SHARE * abs(stretch)
             middle = bodies.center[i, k] + shift + 0.5 * stretch
             fat.center[i, k] = middle
-            fat.half[i, k] = extent + margin + room + 0.5 * abs(stretch)
-            half = np.float64(fat.half[i, k])
+            fat.half[i, k], fat.half[i, 3 + k] = extent + margin + room + 0.5 * abs(stretch), velocity
+            half, sweep = np.float64(fat.half[i, k]), np.float64(fat.half[i, 3 + k]) * flight
             store_interval(fat.boxes, i, k, middle + min(sweep, 0.0) - half, middle + max(sweep, 0.0) + half)
 
 

@@ -14,12 +14,12 @@ import numpy.typing as npt
 
 from atlasphys.engine.broadphase.bvh import Tree, store_interval
 from atlasphys.engine.broadphase.fat_boxes import (
-    STEPS_MOVING,
     FatBoxes,
     empty_fat_boxes,
     fatten,
     flag_leavers,
     keep_meeting,
+    longest_flight,
     shape_bounds,
 )
 from atlasphys.engine.broadphase.filters import bounds_overlap, is_plane, reaches_plane
@@ -239,7 +239,8 @@ class FatTree:
         count: int,
         h: float,
         margin: float,
-        gravity: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        flying: npt.NDArray[np.uint8],
+        gravity: tuple[float, float, float],
     ) -> bool:
         """Give new fat boxes to bodies that have left theirs, static ones too, and find the pairs that come and go with that.
 
@@ -250,30 +251,46 @@ class FatTree:
             count: number of bodies and colliders.
             h: time step [s], for the room that fat boxes have for motion.
             margin: what is added to the bounds all round [m].
-            gravity: the acceleration of bodies that fall [m/s²], of gravity scale 1.
+            flying: (count,) 1 for bodies that are expected to go on as they move, or fall, else 0.
+            gravity: the acceleration with which they fall [m/s²].
 
         Returns:
             Whether the list of pairs may have changed.
         """
-        h, margin, gravity = float(h), float(margin), (float(gravity[0]), float(gravity[1]), float(gravity[2]))
-        if count != self._count:
+        started = count != self._count
+        if started:
             self._start(bodies, colliders, shapes, count)
+        moving, fixed = self.parts.moving, self.parts.fixed
+        h, margin, near = float(h), float(margin), 0.5 * self._fattening
+        longest = longest_flight(float(flying[moving].mean()), h) if len(moving) else 0.0
+
+        def flag(rows: npt.NDArray[np.int32], count: int) -> tuple[int, int]:
+            """How many of the bodies left their boxes, and how many are flagged for new ones."""
+            return flag_leavers(
+                rows, count, bodies.center, bodies.geometry, bodies.motion, self.fat, near, 0.5 * longest, margin,
+                self._offset, self._room, self._changed,
+            )  # fmt: skip
+
+        def renew_boxes(rows: npt.NDArray[np.int32]) -> None:
+            """Give new boxes to those that are flagged."""
+            fatten(rows, self._changed, flying, longest, bodies, gravity, h, margin, self._fattening, self.fat)
+
+        if started:
             self._changed[:] = 1
-            self._fatten(bodies, self.parts.moving, h, margin, gravity)
-            self._fatten(bodies, self.parts.fixed, h, margin, gravity)
+            renew_boxes(moving)
+            renew_boxes(fixed)
             self._find_all(static=True)
             return True
         surface = surfaces(bodies, colliders, shapes, self.parts.planes)
         static = not np.array_equal(surface, self._surface, equal_nan=True)
         self._surface = surface
-        if self._flag(bodies, self._fixed_rows, len(self.parts.fixed), h, margin)[0]:
+        if flag(self._fixed_rows, len(fixed))[0]:
             static = True
-            self._fatten(bodies, self.parts.fixed, h, margin, gravity)
-        moving = self.parts.moving
-        left, flagged = self._flag(bodies, self.rows, len(moving), h, margin)
+            renew_boxes(fixed)
+        left, flagged = flag(self.rows, len(moving))
         if not left and not static:
             return False
-        self._fatten(bodies, moving, h, margin, gravity)
+        renew_boxes(moving)
         self.fat.clock[0] = 0
         self._refitted += flagged
         if static or flagged > REFIT_SHARE * len(moving):
@@ -295,29 +312,6 @@ class FatTree:
         self._offset = np.zeros((6, LANES), self._real)
         self._room = np.zeros((max(len(self.rows), len(self._fixed_rows)), LANES), self._real)
         self._refitted = 0
-
-    def _flag(self, bodies: Bodies, rows: npt.NDArray[np.int32], count: int, h: float, margin: float) -> tuple[int, int]:
-        """How many of the bodies left their boxes, and how many are flagged for new ones."""
-        near, soon = 0.5 * self._fattening, 0.5 * STEPS_MOVING * h
-        return flag_leavers(
-            rows,
-            count,
-            bodies.center,
-            bodies.geometry,
-            bodies.motion,
-            self.fat,
-            near,
-            soon,
-            margin,
-            self._offset,
-            self._room,
-            self._changed,
-        )
-
-    def _fatten(
-        self, bodies: Bodies, rows: npt.NDArray[np.int32], h: float, margin: float, gravity: tuple[float, float, float]
-    ) -> None:
-        fatten(rows, self._changed, bodies, gravity, h, margin, self._fattening, self.fat)
 
     def _find_all(self, static: bool) -> None:
         """Build the trees anew, that of static bodies only if asked to, and find all pairs."""
