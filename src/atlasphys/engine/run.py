@@ -13,8 +13,9 @@ import numpy.typing as npt
 
 from atlasphys.engine import ahead
 from atlasphys.engine.broadphase import BROADPHASES
-from atlasphys.engine.broadphase.fat_boxes import BOUNDING_RADIUS, note_flight, shape_bounds
+from atlasphys.engine.broadphase.fat_boxes import BOUNDING_RADIUS, shape_bounds
 from atlasphys.engine.broadphase.filters import without_joined
+from atlasphys.engine.broadphase.flight import note_flight
 from atlasphys.engine.broadphase.tree import FatTree
 from atlasphys.engine.constants import SLEEP_SPEED
 from atlasphys.engine.fused.bounce import bounce_address, bounce_address_with_locks
@@ -377,8 +378,9 @@ def look_for_pairs(state: State, broadphase: str, h: float) -> None:
     shapes, margin, space = state.table.arrays, state.tolerances.margin, state.workspace
     if broadphase == "tree":
         n, rows, last = state.count, state.manifold_count, state.manifolds
-        flying = np.empty(n, np.uint8)
-        note_flight(last.a[:rows], last.b[:rows], last.count[:rows], state.colliders.body, space.work.linked, flying)
+        joints, flying = state.joints, np.empty(n, np.uint8)
+        joined = joints.rows.body[: joints.count][joints.active]
+        note_flight(last.a[:rows], last.b[:rows], last.count[:rows], state.colliders.body, joined, flying)
         if space.tree.update(state.bodies, state.colliders, shapes, n, h, margin, flying, state.environment.gravity):
             renew_pairs(state, space.tree.pairs)
     else:

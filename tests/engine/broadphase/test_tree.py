@@ -153,7 +153,9 @@ def fat_pairs(tree, state):
             corner = np.where(normal > 0, boxes[k, :3], boxes[k, 3:6]) - state.bodies.position[plane]
             near = normal @ corner <= size[3] + 1e-6
         else:
-            near = (boxes[i, :3] <= boxes[j, 3:6]).all() and (boxes[j, :3] <= boxes[i, 3:6]).all() and meet(tree.fat, i, j)
+            near = (
+                (boxes[i, :3] <= boxes[j, 3:6]).all() and (boxes[j, :3] <= boxes[i, 3:6]).all() and meet(tree.fat, i, j)
+            )
         if near:
             result.add((i, j))
     return result

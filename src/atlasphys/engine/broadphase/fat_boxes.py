@@ -1,11 +1,7 @@
 """Fat boxes: bounds of moving bodies with room to move in, so that pairs found once hold for many steps.
 
-The box of a body in flight moves with it, at a constant velocity, for some steps ahead. A pair of bodies can only come to touch after one of them
-has left its fat box, or after the steps for which the boxes were made. So a step asks just that, eight bodies at a time.
-
-The tree holds all that a box sweeps. Of two boxes whose sweeps overlap, most never meet: those of bodies that fall one behind the other, say.
-``keep_meeting`` leaves such pairs out (bounding volumes that move with time: S. Saltenis, C. S. Jensen, S. T. Leutenegger and M. A. Lopez, "Indexing the
-positions of continuously moving objects", 2000).
+A pair of bodies can only come to touch after one of them has left its fat box. So a step asks just that, eight bodies at a time. The boxes of bodies
+in flight move with them for a while (``flight.py``).
 """
 
 import math
@@ -15,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from atlasphys.engine.broadphase.bvh import store_interval
+from atlasphys.engine.broadphase.flight import FOREVER, time_of_flight
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.shapes.table import (
     BOX,
@@ -55,22 +52,6 @@ LONGEST_STRETCH = 8.0
 
 SPEED_SHARE = 0.25
 """Part of the room for the motion that is added all round, because velocities change."""
-
-STEPS_OF_FLIGHT = 24
-"""A fat box moves for at most so many steps. Fewer: pairs are looked for more often. More: sweeps are longer, and more of them overlap."""
-
-LONGEST_FLIGHT = 0.4
-"""Longest time that a fat box moves [s]. Less than what a body must rest before it sleeps, for no step asks whether a sleeping body is in its box."""
-
-LEAST_SHARE = 0.75
-"""Fat boxes move only if more than this part of the moving bodies are in flight, for fewer steps as fewer are. Where bodies meet, a box that moves is left
-at the first touch, and what it sweeps meets much; a box that stays and is stretched holds them longer."""
-
-LONGEST_SWEEP = 24.0
-"""A fat box sweeps at most so many bounding radii along an axis, or else moves for fewer steps: long boxes make a tree slow."""
-
-FOREVER = 1e30
-"""How long a fat box holds that stays where it is [s]."""
 
 ROUND_OFF = 1 + 2.0**-20
 """Factor on a tight box's reach, for the rounding of its computation in single precision, seven operations at 2⁻²⁴ each."""
@@ -256,43 +237,13 @@ def flag_leavers(rows, count, center, geometry, motion, fat, near, soon, margin,
     return left, flagged
 
 
-def longest_flight(share: float, h: float) -> float:
-    """For how long fat boxes are to move at most [s], if that part of the bodies are in flight, in steps of ``h`` seconds."""
-    steps = STEPS_OF_FLIGHT * (share - LEAST_SHARE) / (1 - LEAST_SHARE)
-    return min(steps * h, LONGEST_FLIGHT) if steps > STEPS_AHEAD else 0.0
-
-
-@kernel
-def note_flight(a, b, points, body, linked, flying):
-    """Note in ``flying`` which bodies have neither contacts nor joints: all but those of the pairs of colliders ``a``, ``b`` that have ``points``, and
-    the ``linked`` ones."""
-    flying[:] = 1
-    for p in range(len(points)):
-        if points[p] > 0:
-            flying[body[a[p]]] = flying[body[b[p]]] = 0
-    for joint in range(len(linked)):
-        flying[linked[joint, 0]] = flying[linked[joint, 1]] = 0
-
-
-@routine
-def time_of_flight(speed, reach, longest, h, fattening):
-    """How long the box of a body of that greatest speed along an axis and that bounding radius is to move [s], at most about ``longest``; 0: it is to
-    stay.
-
-    The box holds at the beginning of the step after that many whole steps of ``h`` seconds, also with round-off in the sum of them.
-    """
-    if not speed * longest > fattening:
-        return 0.0
-    return h * (math.floor(min(longest, LONGEST_SWEEP * reach / speed) / h) + 0.25)
-
-
 @kernel
 def fatten(rows, changed, flying, longest, bodies, gravity, h, margin, fattening, fat):
-    """Start the clock anew, and give new fat boxes to those bodies in the list ``rows`` that are flagged in ``changed``: the tight box, ``margin`` [m]
-    included, and ``fattening`` [m] all round, grown by what the body may turn during the next steps of ``h`` seconds.
+    """Take all boxes of bodies in the list ``rows`` to the start of a new clock, and give new ones to those that are flagged in ``changed``: the
+    tight box, ``margin`` [m] included, and ``fattening`` [m] all round, grown by what the body may turn during the next steps of ``h`` seconds.
 
-    If the body is fast and flagged in ``flying``, the box moves, for at most about ``longest`` seconds; else it is stretched along the body's way. What falls moves along a parabola, its box
-    along the chord, from which it is at most a quarter of the fall away.
+    If the body is fast and flagged in ``flying``, its box moves, for about ``longest`` seconds at most; else it is stretched along the body's way.
+    What falls moves along a parabola and its box along the chord, from which it is at most a quarter of the fall away.
     """
     bound, motion, geometry, clock = fat.bound, bodies.motion, bodies.geometry, fat.clock[0]
     for s in range(len(rows)):
@@ -308,7 +259,9 @@ def fatten(rows, changed, flying, longest, bodies, gravity, h, margin, fattening
             spin += np.float64(motion[i, 3 + k]) ** 2
             speed = max(speed, abs(np.float64(motion[i, k])))
         flight = 0.0
-        if flying[i] and bodies.kind[i] != STATIC and not bodies.rest[i] > 0:
+        if (
+            flying[i] and bodies.kind[i] != STATIC and not bodies.rest[i] > 0
+        ):  # what may soon sleep keeps its box where it is
             flight = time_of_flight(speed, reach, longest, h, fattening)
         ahead = flight if flight > 0 else 0.0 if bodies.kind[i] == STATIC else STEPS_AHEAD * h
         scale = np.float64(bodies.response[i, 0]) if bodies.kind[i] == DYNAMIC else 0.0
@@ -333,23 +286,3 @@ def fatten(rows, changed, flying, longest, bodies, gravity, h, margin, fattening
             fat.half[i, k], fat.half[i, 3 + k] = extent + margin + room + 0.5 * abs(stretch), velocity
             half, sweep = np.float64(fat.half[i, k]), np.float64(fat.half[i, 3 + k]) * flight
             store_interval(fat.boxes, i, k, middle + min(sweep, 0.0) - half, middle + max(sweep, 0.0) + half)
-
-
-@kernel
-def keep_meeting(pairs, fat):
-    """Move those pairs to the front whose fat boxes may meet while both are good; return how many there are. The clock has just been started.
-
-    Boxes that lie apart along an axis, on the same side now and at the end, do not meet: their way is straight.
-    """
-    found = 0
-    for p in range(len(pairs)):
-        a, b = pairs[p, 0], pairs[p, 1]
-        time, apart = np.float64(min(fat.half[a, 6], fat.half[b, 6])), False
-        for k in range(3):
-            now = fat.center[b, k] - fat.center[a, k]
-            then = now + (np.float64(fat.half[b, 3 + k]) - fat.half[a, 3 + k]) * time
-            sizes = (np.float64(fat.half[a, k]) + fat.half[b, k]) * ROUND_OFF
-            apart = apart or (now > sizes and then > sizes) or (now < -sizes and then < -sizes)
-        pairs[found, 0], pairs[found, 1] = a, b
-        found += 0 if apart else 1
-    return found

@@ -13,16 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from atlasphys.engine.broadphase.bvh import Tree, store_interval
-from atlasphys.engine.broadphase.fat_boxes import (
-    FatBoxes,
-    empty_fat_boxes,
-    fatten,
-    flag_leavers,
-    keep_meeting,
-    longest_flight,
-    shape_bounds,
-)
+from atlasphys.engine.broadphase.fat_boxes import FatBoxes, empty_fat_boxes, fatten, flag_leavers, shape_bounds
 from atlasphys.engine.broadphase.filters import bounds_overlap, is_plane, reaches_plane
+from atlasphys.engine.broadphase.flight import keep_meeting, longest_flight
 from atlasphys.engine.broadphase.pair_list import merge_pairs, sort_pairs
 from atlasphys.engine.jit import kernel
 from atlasphys.engine.shapes.table import KIND, PLANE, Shapes
@@ -333,7 +326,9 @@ class FatTree:
             self._refitted = 0
         else:
             finder.moving.refit(boxes)
-        self._fresh, fresh = finder.sorted_pairs(boxes, parts, self._surface, True, self._changed, self._fresh, self.fat)
+        self._fresh, fresh = finder.sorted_pairs(
+            boxes, parts, self._surface, True, self._changed, self._fresh, self.fat
+        )
         needed = len(old) + fresh
         if len(self._back) < needed:
             self._back = np.empty((needed + needed // 4, 2), np.int32)

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 
 import atlasphys as ap
 from atlasphys.engine.broadphase import BROADPHASES
-from atlasphys.engine.broadphase.fat_boxes import (
+from atlasphys.engine.broadphase.fat_boxes import empty_fat_boxes
+from atlasphys.engine.broadphase.flight import (
     FOREVER,
     LONGEST_FLIGHT,
     LONGEST_SWEEP,
-    empty_fat_boxes,
     keep_meeting,
     longest_flight,
     note_flight,
@@ -204,12 +204,11 @@ def test_boxes_move_if_most_bodies_fly():
 def test_what_touches_or_is_joined_does_not_fly():
     world = ap.World()
     world.add(ap.Plane(normal=(0, 1, 0)))
-    for height in (0.5, 3, 6, 9):
+    for height in (0.5, 3, 6, 9, 12):
         world.add(ap.Sphere(radius=0.5), position=(0, height, 0))
-    world.join(ap.Ball(world.bodies[2], world.bodies[3], anchor_a=(0, 1.5, 0), anchor_b=(0, -1.5, 0)))
     world.step(H)
-    state, flying = world._state, np.full(5, 7, np.uint8)
+    state, flying = world._state, np.full(6, 7, np.uint8)
     last, rows = state.manifolds, state.manifold_count
-    linked = state.workspace.work.linked
-    note_flight(last.a[:rows], last.b[:rows], last.count[:rows], state.colliders.body, linked, flying)
-    assert flying.tolist() == [0, 0, 0, 0, 1]
+    joined = np.array([(2, 3), (-1, 5)], np.int32)
+    note_flight(last.a[:rows], last.b[:rows], last.count[:rows], state.colliders.body, joined, flying)
+    assert flying.tolist() == [0, 0, 0, 0, 1, 0]
