@@ -178,12 +178,13 @@ def test_what_is_left_out_never_meets(real):
     st.floats(0, 1e6),
     st.floats(1e-4, 1e3),
     st.floats(0, 1),
+    st.floats(0, 30),
     st.sampled_from([1e-4, 1 / 240, 1 / 60, 0.1, 0.3, 2.0]),
     st.floats(1e-3, 1),
 )
-def test_how_long_a_box_moves(speed, reach, share, h, fattening):
-    longest = longest_flight(share, h)
-    assert longest == 0 or 8 * h < longest <= 24 * h or longest == LONGEST_FLIGHT
+def test_how_long_a_box_moves(speed, reach, share, crowd, h, fattening):
+    longest = longest_flight(share, crowd, h)
+    assert longest == 0 or 8 * h <= longest <= 24 * h or longest == LONGEST_FLIGHT
     time = flight_of(speed, reach, longest, h, fattening)
     if time == 0:
         assert speed * longest <= fattening
@@ -196,9 +197,14 @@ def test_how_long_a_box_moves(speed, reach, share, h, fattening):
 
 
 def test_boxes_move_if_most_bodies_fly():
-    times = [longest_flight(share, H) for share in np.linspace(0, 1, 101)]
+    """The longer, the more of them and the fewer pairs there are."""
+    times = [longest_flight(share, 0, H) for share in np.linspace(0, 1, 101)]
     assert times == sorted(times)
-    assert times[75] == 0 < times[84] < times[100] == LONGEST_FLIGHT
+    assert times[90] == 0 < times[94] < times[100] == LONGEST_FLIGHT
+    times = [longest_flight(1, crowd, H) for crowd in range(9)]
+    assert times == sorted(times, reverse=True)
+    assert times[1] == 12 * H
+    assert times[8] == 8 * H
 
 
 def test_what_touches_or_is_joined_does_not_fly():

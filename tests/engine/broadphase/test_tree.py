@@ -92,7 +92,7 @@ def brute(state):
 def update(tree, state):
     derive(state)
     n = state.count
-    flying = (np.arange(n) % 8 > 0).astype(np.uint8)
+    flying = (np.arange(n) % 50 > 0).astype(np.uint8)
     return tree.update(state.bodies, state.colliders, state.table.arrays, n, H, MARGIN, flying, (0.0, -9.81, 0.0))
 
 

@@ -241,17 +241,20 @@ def flag_leavers(rows, count, center, geometry, motion, fat, near, soon, margin,
 def fatten(rows, changed, flying, longest, bodies, gravity, h, margin, fattening, fat):
     """Take all boxes of bodies in the list ``rows`` to the start of a new clock, and give new ones to those that are flagged in ``changed``: the
     tight box, ``margin`` [m] included, and ``fattening`` [m] all round, grown by what the body may turn during the next steps of ``h`` seconds.
+    Returns how many of the boxes move.
 
     If the body is fast and flagged in ``flying``, its box moves, for about ``longest`` seconds at most; else it is stretched along the body's way.
     What falls moves along a parabola and its box along the chord, from which it is at most a quarter of the fall away.
     """
-    bound, motion, geometry, clock = fat.bound, bodies.motion, bodies.geometry, fat.clock[0]
+    bound, motion, geometry, clock, moving = fat.bound, bodies.motion, bodies.geometry, fat.clock[0], 0
     for s in range(len(rows)):
         i = rows[s]
         if not changed[i]:
-            for k in range(3):
-                fat.center[i, k] += np.float64(fat.half[i, 3 + k]) * clock
-            fat.half[i, 6] -= clock
+            if fat.half[i, 6] < FOREVER:
+                for k in range(3):
+                    fat.center[i, k] += np.float64(fat.half[i, 3 + k]) * clock
+                fat.half[i, 6] -= clock
+                moving += 1
             continue
         # No point of the shape's box comes farther than ``reach`` from the centre of mass, however it turns.
         reach, spin, speed = np.float64(bound[i, 7]), 0.0, 0.0
@@ -265,6 +268,7 @@ def fatten(rows, changed, flying, longest, bodies, gravity, h, margin, fattening
             flight = time_of_flight(speed, reach, longest, h, fattening)
         ahead = flight if flight > 0 else 0.0 if bodies.kind[i] == STATIC else STEPS_AHEAD * h
         scale = np.float64(bodies.response[i, 0]) if bodies.kind[i] == DYNAMIC else 0.0
+        moving += 1 if flight > 0 else 0
         turn = math.sqrt(spin) * ahead
         fat.half[i, 6] = flight if flight > 0 else FOREVER
         for k in range(3):
@@ -286,3 +290,4 @@ def fatten(rows, changed, flying, longest, bodies, gravity, h, margin, fattening
             fat.half[i, k], fat.half[i, 3 + k] = extent + margin + room + 0.5 * abs(stretch), velocity
             half, sweep = np.float64(fat.half[i, k]), np.float64(fat.half[i, 3 + k]) * flight
             store_interval(fat.boxes, i, k, middle + min(sweep, 0.0) - half, middle + max(sweep, 0.0) + half)
+    return moving

@@ -15,16 +15,17 @@ import numpy as np
 from atlasphys.engine.jit import kernel, routine
 
 STEPS_OF_FLIGHT = 24
-"""A fat box moves for at most so many steps. Fewer: pairs are looked for more often. More: sweeps are longer, and more of them overlap."""
+"""A fat box moves for at most so many steps, for fewer where there are pairs. Fewer: pairs are looked for more often. More: more bodies may meet in
+that time."""
 
 FEWEST_STEPS = 8
-"""If it were to move for fewer steps than that, it stays: then stretching it along the body's way serves as well."""
+"""A fat box moves for at least so many steps, or stays: then stretching it along the body's way serves as well."""
 
 LONGEST_FLIGHT = 0.4
 """Longest time that a fat box moves [s]. Less than a body must rest before it sleeps (``sleep.TIME_TO_SLEEP``): no step asks whether a sleeping body
 is in its box."""
 
-LEAST_SHARE = 0.75
+LEAST_SHARE = 0.9
 """Fat boxes move only if more than this part of the bodies that may move are in flight; the fewer, for the fewer steps. Where bodies meet, a box that
 moves is left at the first touch, and what it sweeps meets much; one that is stretched and stays holds its body longer."""
 
@@ -34,14 +35,15 @@ LONGEST_SWEEP = 24.0
 ROUNDING = 1 + 2.0**-20
 """Factor on the sizes of boxes that are compared, for the rounding of their places."""
 
-FOREVER = 1e30
+FOREVER = 2.0**100
 """How long a fat box holds that stays where it is [s]."""
 
 
-def longest_flight(share: float, h: float) -> float:
-    """For how long fat boxes are to move at most [s], if that part of the bodies are in flight, in steps of ``h`` seconds."""
+def longest_flight(share: float, crowd: float, h: float) -> float:
+    """For how long fat boxes are to move at most [s], in steps of ``h`` seconds, if ``share`` of the bodies are in flight and there were ``crowd``
+    pairs for each. 0: they are to stay."""
     steps = STEPS_OF_FLIGHT * (share - LEAST_SHARE) / (1 - LEAST_SHARE)
-    return min(steps * h, LONGEST_FLIGHT) if steps > FEWEST_STEPS else 0.0
+    return min(max(steps / (1 + crowd), FEWEST_STEPS) * h, LONGEST_FLIGHT) if steps > FEWEST_STEPS else 0.0
 
 
 @kernel

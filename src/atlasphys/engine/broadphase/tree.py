@@ -214,7 +214,7 @@ class FatTree:
         self._fresh: Pairs = np.empty((64, 2), np.int32)
         self._changed: npt.NDArray[np.uint8] = np.zeros(1, np.uint8)
         self._surface: npt.NDArray[np.float64] = np.empty((0, 7))
-        self._refitted = 0
+        self._refitted = self._in_flight = 0
         self.invalidate()
 
     def invalidate(self) -> None:
@@ -255,7 +255,8 @@ class FatTree:
             self._start(bodies, colliders, shapes, count)
         moving, fixed = self.parts.moving, self.parts.fixed
         h, margin, near = float(h), float(margin), 0.5 * self._fattening
-        longest = longest_flight(float(flying[moving].mean()), h) if len(moving) else 0.0
+        number = max(len(moving), 1)
+        longest = longest_flight(int(flying[moving].sum()) / number, len(self.pairs) / number, h)
 
         def flag(rows: npt.NDArray[np.int32], count: int) -> tuple[int, int]:
             """How many of the bodies left their boxes, and how many are flagged for new ones."""
@@ -264,13 +265,13 @@ class FatTree:
                 self._offset, self._room, self._changed,
             )  # fmt: skip
 
-        def renew_boxes(rows: npt.NDArray[np.int32]) -> None:
-            """Give new boxes to those that are flagged."""
-            fatten(rows, self._changed, flying, longest, bodies, gravity, h, margin, self._fattening, self.fat)
+        def renew_boxes(rows: npt.NDArray[np.int32]) -> int:
+            """Give new boxes to those that are flagged. Returns how many boxes move."""
+            return fatten(rows, self._changed, flying, longest, bodies, gravity, h, margin, self._fattening, self.fat)
 
         if started:
             self._changed[:] = 1
-            renew_boxes(moving)
+            self._in_flight = renew_boxes(moving)
             renew_boxes(fixed)
             self._find_all(static=True)
             return True
@@ -283,7 +284,7 @@ class FatTree:
         left, flagged = flag(self.rows, len(moving))
         if not left and not static:
             return False
-        renew_boxes(moving)
+        self._in_flight = renew_boxes(moving)
         self.fat.clock[0] = 0
         self._refitted += flagged
         if static or flagged > REFIT_SHARE * len(moving):
@@ -306,6 +307,10 @@ class FatTree:
         self._room = np.zeros((max(len(self.rows), len(self._fixed_rows)), LANES), self._real)
         self._refitted = 0
 
+    def _flights(self) -> FatBoxes | None:
+        """The boxes, if some of them move."""
+        return self.fat if self._in_flight else None
+
     def _find_all(self, static: bool) -> None:
         """Build the trees anew, that of static bodies only if asked to, and find all pairs."""
         self._finder.moving.build(self.fat.boxes, self.parts.moving)
@@ -313,7 +318,7 @@ class FatTree:
             self._finder.fixed.build(self.fat.boxes, self.parts.fixed)
         self._refitted = 0
         self._front, found = self._finder.sorted_pairs(
-            self.fat.boxes, self.parts, self._surface, False, self._changed, self._front, self.fat
+            self.fat.boxes, self.parts, self._surface, False, self._changed, self._front, self._flights()
         )
         self.pairs = self._front[:found]
         self._changed[:] = 0
@@ -327,7 +332,7 @@ class FatTree:
         else:
             finder.moving.refit(boxes)
         self._fresh, fresh = finder.sorted_pairs(
-            boxes, parts, self._surface, True, self._changed, self._fresh, self.fat
+            boxes, parts, self._surface, True, self._changed, self._fresh, self._flights()
         )
         needed = len(old) + fresh
         if len(self._back) < needed:
