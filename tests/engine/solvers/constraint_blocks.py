@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from atlasphys.engine.jit import kernel
-from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
+from atlasphys.engine.solvers.body_block import drive, fly, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.bounce_block import aim, depart, strike
 from atlasphys.engine.solvers.contact_block import (
     Fields,
@@ -157,5 +157,6 @@ def all_bodies(s, h):
         drive(s.locks, i, s.rows, b.motion, b.force, b.response, b.inverse_mass, b.mass, b.drive, (h, -h, h), h)
         gain_speed(i, s.rows, b.motion, b.drive)
         move(i, s.rows, b.motion, b.geometry, h)
+        fly(i, s.rows, b.motion, b.geometry, b.drive, h)
         tumble(i, s.rows, b.motion, b.geometry, b.mass, b.frame, b.inverse_mass, h)
         s.answers[i] = settle(i, s.rows, b.motion, b.geometry, b.frame, s.moved)

@@ -277,3 +277,35 @@ def test_mass_does_not_matter_in_free_fall():
         world.add(ap.Sphere(radius=0.5), position=(3 * i, 0, 0), mass=mass)
     steps(world, 30)
     assert (world.bodies.velocity == world.bodies.velocity[0]).all()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_bodies_in_flight_move_alike_whether_or_not_others_touch(threads):
+    """Where nothing touches, a step takes all substeps of a body at once."""
+
+    def flight(others):
+        world, rng = ap.World(threads=threads, sleeping=False), np.random.default_rng(4)
+        for number in range(30):
+            world.add(
+                ap.Sphere(radius=0.3) if number % 2 else ap.Box(size=(0.2, 0.4, 0.6)),
+                position=(3 * number, 0, 0),
+                velocity=rng.normal(size=3),
+                angular_velocity=5 * rng.normal(size=3),
+                linear_damping=0.1 * (number % 3),
+                angular_damping=0.2 * (number % 4),
+                gravity_scale=number % 5 - 1,
+                kind="kinematic" if number % 7 == 3 else "dynamic",
+            )
+        if others:
+            world.add(ap.Box(size=(9, 1, 9)), position=(0, 0, 500), kind="static")
+            world.add(ap.Box(size=(1, 1, 1)), position=(0, 1, 500))
+        world.run(1)
+        assert (len(world.contacts) > 0) == others
+        bodies = world.bodies
+        return [
+            column[:30].copy()
+            for column in (bodies.position, bodies.orientation, bodies.velocity, bodies.angular_velocity)
+        ]
+
+    for alone, beside in zip(flight(others=False), flight(others=True), strict=True):
+        np.testing.assert_array_equal(alone, beside)

@@ -1,6 +1,7 @@
 """Fat boxes: bounds of moving bodies with room to move in, so that pairs found once hold for many steps.
 
-A pair of bodies can only come to touch after one of them has left its fat box. So a step asks just that, eight bodies at a time.
+A pair of bodies can only come to touch after one of them has left its fat box. So a step asks just that, eight bodies at a time. The boxes of bodies
+in flight move with them for a while (``flight.py``).
 """
 
 import math
@@ -10,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from atlasphys.engine.broadphase.bvh import store_interval
+from atlasphys.engine.broadphase.flight import FOREVER, time_of_flight
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.shapes.table import (
     BOX,
@@ -39,10 +41,10 @@ from atlasphys.engine.simd import (
 )
 from atlasphys.engine.simd.by_address import by_address
 from atlasphys.engine.state.arrays import aligned_zeros
-from atlasphys.engine.state.bodies import STATIC
+from atlasphys.engine.state.bodies import DYNAMIC, STATIC
 
 STEPS_AHEAD = 8
-"""A fat box has room for the motion of so many steps at the present velocity. Fewer: fast bodies leave their boxes more often.
+"""A fat box that stays has room for the motion of so many steps at the present velocity. Fewer: bodies leave their boxes more often.
 More: longer boxes, and more pairs that never touch."""
 
 LONGEST_STRETCH = 8.0
@@ -69,14 +71,18 @@ class FatBoxes(NamedTuple):
     """(n, 8) the shape's box in the body's axes: 0–2 its centre relative to the centre of mass, 3–5 half sizes, 6 radius added all round,
     7 bounding radius about the centre of mass [m]."""
     center: npt.NDArray[np.float64]
-    """(n, 3) centre of the fat box [m]."""
+    """(n, 3) centre of the fat box when the clock was started [m]."""
     half: npt.NDArray[np.floating]
-    """(n, 8) 0–2 half sizes of the fat box; 3–5 from the centre of mass to the centre of the tight box, when the fat box was made [m]."""
+    """(n, 8) 0–2 half sizes of the fat box [m]; 3–5 its velocity [m/s]; 6 the clock's last time for which its sweep holds [s]. Infinitely large for
+    planes."""
+    clock: npt.NDArray[np.float64]
+    """(1,) time since pairs were last looked for [s]."""
     reach: npt.NDArray[np.floating]
     """(n, 8) the tight box as it is now, margin included: 0–2 lower and 3–5 upper corner, rounded outwards [m]. Infinite where it is not worked
     out: planes and static bodies."""
     boxes: npt.NDArray[np.float32]
-    """(n + 1, 8) the fat box for the tree: lower and upper corner, rounded outwards. The last row is empty, and so are those of planes."""
+    """(n + 1, 8) what the fat box sweeps, for the tree: lower and upper corner, rounded outwards. The last row is empty, and so are those of
+    planes."""
 
 
 def empty_fat_boxes(count: int, real: npt.DTypeLike) -> FatBoxes:
@@ -85,12 +91,15 @@ def empty_fat_boxes(count: int, real: npt.DTypeLike) -> FatBoxes:
     boxes[:, :3], boxes[:, 3:6] = np.inf, -np.inf
     reach = aligned_zeros((count, 8), real)
     reach[:, :3], reach[:, 3:6] = -np.inf, np.inf
+    half = aligned_zeros((count, 8), real)
+    half[:, :3], half[:, 6] = np.inf, FOREVER
     return FatBoxes(
-        aligned_zeros((count, 8), real),
-        aligned_zeros((count, 3), np.float64),
-        aligned_zeros((count, 8), real),
-        reach,
-        boxes,
+        bound=aligned_zeros((count, 8), real),
+        center=aligned_zeros((count, 3), np.float64),
+        half=half,
+        clock=np.zeros(1),
+        reach=reach,
+        boxes=boxes,
     )
 
 
@@ -118,10 +127,10 @@ def shape_bounds(
 
 
 @simd_kernel
-def room_left(block, rows, geometry, bound, half, offset, margin, room, reach) -> bool:
+def room_left(block, rows, geometry, bound, half, offset, clock, margin, room, reach) -> bool:
     """Store the tight boxes in ``reach``, and how far the tight boxes of eight bodies, ``margin`` included, are from the nearest side of their fat
-    boxes, −1 for NaN; return whether any is outside. ``offset`` (6, 8) has the centres of mass relative to the fat boxes' centres, and as they
-    are."""
+    boxes, −1 for NaN; return whether any is outside, or its fat box no longer good. ``offset`` (6, 8) has the centres of mass relative to the fat
+    boxes' centres at the start of the clock, and as they are."""
     index = load(rows, block)
     m = gather(geometry, index, 16)
     x, y, z, h0, h1, h2, radius, _ = gather(bound, index)
@@ -131,13 +140,16 @@ def room_left(block, rows, geometry, bound, half, offset, margin, room, reach) -
         a, b, c = m[3 * k], m[3 * k + 1], m[3 * k + 2]
         shift = a * x + b * y + c * z
         extent = (absolute(a) * h0 + absolute(b) * h1 + absolute(c) * h2 + (radius + margin)) * ROUND_OFF
-        left.append(halves[k] - (absolute(load(offset, k) + shift) * ROUND_OFF + extent))
+        come, gone = load(offset, k), clock * halves[3 + k]
+        away = absolute(come + shift - gone) * ROUND_OFF + (ROUND_OFF - 1) * (absolute(come) + absolute(gone))
+        left.append(halves[k] - (away + extent))
         middle = load(offset, 3 + k) + shift
         extent = extent + 2 * (ROUND_OFF - 1) * (absolute(middle) + absolute(shift))
         lower.append(middle - extent)
         upper.append(middle + extent)
     least = minimum(minimum(left[0], left[1]), left[2])
     outside = ~((left[0] >= 0.0) & (left[1] >= 0.0) & (left[2] >= 0.0))  # NaN also
+    outside = outside | (clock > halves[6])
     store(room, block, select(outside & ~(least < 0.0), -1.0, least))
     scatter(reach, index, (*lower, *upper, h0, h1))
     return any_lane(outside)
@@ -162,10 +174,10 @@ def has_left(first, stop, rows, center, geometry, fat, margin, offset, room):
 
     ``center`` and ``geometry`` are the bodies' columns; ``offset`` (6, 8) and ``room`` (at least blocks, 8) are scratch of the bodies' precision.
     """
-    left = False
+    left, clock = False, offset.dtype.type(fat.clock[0])
     for block in range(first, stop):
         load_offsets(block, rows, center, fat.center, offset)
-        if room_left(block, rows, geometry, fat.bound, fat.half, offset, margin, room, fat.reach):
+        if room_left(block, rows, geometry, fat.bound, fat.half, offset, clock, margin, room, fat.reach):
             left = True
     return left
 
@@ -187,16 +199,17 @@ def near(pairs, reach, gap) -> int:
 
 
 @kernel
-def flag_leavers(rows, count, center, geometry, motion, fat, near, margin, offset, room, changed):
+def flag_leavers(rows, count, center, geometry, motion, fat, near, soon, margin, offset, room, changed):
     """Flag in ``changed`` the bodies that have left their fat box, and if there are any, those that are about to. Return how many left and
-    how many are flagged. ``count`` is the number of bodies in ``rows``, ``near`` a distance [m].
+    how many are flagged. ``count`` is the number of bodies in ``rows``, ``near`` a distance [m], ``soon`` a time [s].
 
-    About to leave are bodies that have moved, in the direction in which they still move, farther than ``near`` from the box's centre.
+    About to leave are bodies that have moved, in the direction in which they still move, farther than ``near`` from the box's centre, or if the box
+    moves, nearer than that to its side; and those whose box is good for less than ``soon``.
     """
-    left, flagged = 0, 0
+    left, flagged, clock = 0, 0, offset.dtype.type(fat.clock[0])
     for block in range(len(rows)):
         load_offsets(block, rows, center, fat.center, offset)
-        if room_left(block, rows, geometry, fat.bound, fat.half, offset, margin, room, fat.reach):
+        if room_left(block, rows, geometry, fat.bound, fat.half, offset, clock, margin, room, fat.reach):
             left += 1
     if left == 0:
         return 0, 0
@@ -205,44 +218,76 @@ def flag_leavers(rows, count, center, geometry, motion, fat, near, margin, offse
         block, lane = s // LANES, s % LANES
         row = rows[block, lane]
         gone = not room[block, lane] >= 0
-        soon = gone
-        if not gone:
-            along, distance = 0.0, 0.0
+        leaves = gone or fat.half[row, 6] < fat.clock[0] + soon
+        if not leaves:
+            along, distance, moves = 0.0, 0.0, False
             for k in range(3):
-                moved = center[row, k] + fat.half[row, 3 + k] - fat.center[row, k]
-                along += moved * motion[row, k]
+                shift = 0.0
+                for j in range(3):
+                    shift += np.float64(geometry[row, 3 * k + j]) * fat.bound[row, j]
+                velocity = np.float64(fat.half[row, 3 + k])
+                moved = center[row, k] + shift - (fat.center[row, k] + velocity * fat.clock[0])
+                along += moved * (motion[row, k] - velocity)
                 distance = max(distance, abs(moved))
-            soon = along > 0 and distance > near
+                moves = moves or velocity != 0
+            leaves = along > 0 and (room[block, lane] < near if moves else distance > near)
         left += 1 if gone else 0
-        flagged += 1 if soon else 0
-        changed[row] = 1 if soon else 0
+        flagged += 1 if leaves else 0
+        changed[row] = 1 if leaves else 0
     return left, flagged
 
 
 @kernel
-def fatten(rows, changed, kind, center, geometry, motion, h, margin, fattening, fat):
-    """Give new fat boxes to those bodies in the list ``rows`` that are flagged in ``changed``: the tight box, ``margin`` [m] included, and
-    ``fattening`` [m] all round, grown by what the body may turn and stretched along its way during the next steps of ``h`` seconds."""
-    bound = fat.bound
+def fatten(rows, changed, flying, longest, bodies, gravity, h, margin, fattening, fat):
+    """Take all boxes of bodies in the list ``rows`` to the start of a new clock, and give new ones to those that are flagged in ``changed``: the
+    tight box, ``margin`` [m] included, and ``fattening`` [m] all round, grown by what the body may turn during the next steps of ``h`` seconds.
+    Returns how many of the boxes move.
+
+    If the body is fast and flagged in ``flying``, its box moves, for about ``longest`` seconds at most; else it is stretched along the body's way.
+    What falls moves along a parabola and its box along the chord, from which it is at most a quarter of the fall away.
+    """
+    bound, motion, geometry, clock, moving = fat.bound, bodies.motion, bodies.geometry, fat.clock[0], 0
     for s in range(len(rows)):
         i = rows[s]
         if not changed[i]:
+            if fat.half[i, 6] < FOREVER:
+                for k in range(3):
+                    fat.center[i, k] += np.float64(fat.half[i, 3 + k]) * clock
+                fat.half[i, 6] -= clock
+                moving += 1
             continue
-        ahead = 0.0 if kind[i] == STATIC else STEPS_AHEAD * h
         # No point of the shape's box comes farther than ``reach`` from the centre of mass, however it turns.
-        reach, spin = np.float64(bound[i, 7]), 0.0
+        reach, spin, speed = np.float64(bound[i, 7]), 0.0, 0.0
         for k in range(3):
             spin += np.float64(motion[i, 3 + k]) ** 2
+            speed = max(speed, abs(np.float64(motion[i, k])))
+        flight = 0.0
+        if (
+            flying[i] and bodies.kind[i] != STATIC and not bodies.rest[i] > 0
+        ):  # what may soon sleep keeps its box where it is
+            flight = time_of_flight(speed, reach, longest, h, fattening)
+        ahead = flight if flight > 0 else 0.0 if bodies.kind[i] == STATIC else STEPS_AHEAD * h
+        scale = np.float64(bodies.response[i, 0]) if bodies.kind[i] == DYNAMIC else 0.0
+        moving += 1 if flight > 0 else 0
         turn = math.sqrt(spin) * ahead
+        fat.half[i, 6] = flight if flight > 0 else FOREVER
         for k in range(3):
             shift, extent = 0.0, np.float64(bound[i, 6])
             for j in range(3):
                 shift += np.float64(geometry[i, 3 * k + j]) * bound[i, j]
                 extent += abs(np.float64(geometry[i, 3 * k + j])) * bound[i, 3 + j]
-            move = min(max(np.float64(motion[i, k]) * ahead, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
-            room = max(fattening, ROOM_OF_LARGE * extent) + SPEED_SHARE * abs(move)
-            room += min(turn * reach, reach + abs(shift) - extent)
-            middle = center[i, k] + shift + 0.5 * move
+            room = max(fattening, ROOM_OF_LARGE * extent) + min(turn * reach, reach + abs(shift) - extent)
+            stretch = velocity = 0.0
+            if flight > 0:
+                fall = 0.5 * scale * gravity[k] * flight * flight
+                velocity = motion[i, k] + fall / flight
+                room += 0.25 * abs(fall)
+            else:
+                stretch = min(max(motion[i, k] * ahead, -LONGEST_STRETCH * reach), LONGEST_STRETCH * reach)
+                room += SPEED_SHARE * abs(stretch)
+            middle = bodies.center[i, k] + shift + 0.5 * stretch
             fat.center[i, k] = middle
-            fat.half[i, k], fat.half[i, 3 + k] = extent + margin + room + 0.5 * abs(move), shift
-            store_interval(fat.boxes, i, k, middle - fat.half[i, k], middle + fat.half[i, k])
+            fat.half[i, k], fat.half[i, 3 + k] = extent + margin + room + 0.5 * abs(stretch), velocity
+            half, sweep = np.float64(fat.half[i, k]), np.float64(fat.half[i, 3 + k]) * flight
+            store_interval(fat.boxes, i, k, middle + min(sweep, 0.0) - half, middle + max(sweep, 0.0) + half)
+    return moving

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from atlasphys.engine.broadphase.bvh import Tree, store_interval
 from atlasphys.engine.broadphase.fat_boxes import FatBoxes, empty_fat_boxes, fatten, flag_leavers, shape_bounds
 from atlasphys.engine.broadphase.filters import bounds_overlap, is_plane, reaches_plane
+from atlasphys.engine.broadphase.flight import keep_meeting, longest_flight
 from atlasphys.engine.broadphase.pair_list import merge_pairs, sort_pairs
 from atlasphys.engine.jit import kernel
 from atlasphys.engine.shapes.table import KIND, PLANE, Shapes
@@ -125,9 +126,10 @@ class PairFinder:
         partial: bool,
         changed: npt.NDArray[np.uint8],
         buffer: Pairs,
+        fat: FatBoxes | None = None,
     ) -> tuple[Pairs, int]:
         """The pairs that overlap and may collide, in order; if ``partial``, those with a moving box that is flagged in ``changed``:
-        the buffer, enlarged if it is too small, and their number."""
+        the buffer, enlarged if it is too small, and their number. If the boxes are what ``fat`` ones sweep, only pairs of those that may meet."""
         while True:
             pairs = self._found
             total = self.moving.query(self.moving, partial, changed, parts.filters, pairs)
@@ -138,6 +140,8 @@ class PairFinder:
             if total <= len(pairs):
                 break
             self._found = np.empty((total + total // 4, 2), np.int32)
+        if fat is not None:
+            total = keep_meeting(pairs[:total], fat)
         if len(buffer) < total:
             buffer = np.empty((len(self._found), 2), np.int32)
         places = np.empty((2, len(parts.filters)), np.int64)
@@ -210,7 +214,7 @@ class FatTree:
         self._fresh: Pairs = np.empty((64, 2), np.int32)
         self._changed: npt.NDArray[np.uint8] = np.zeros(1, np.uint8)
         self._surface: npt.NDArray[np.float64] = np.empty((0, 7))
-        self._refitted = 0
+        self._refitted = self._in_flight = 0
         self.invalidate()
 
     def invalidate(self) -> None:
@@ -220,7 +224,17 @@ class FatTree:
         self.rows: npt.NDArray[np.int32] = np.empty((0, LANES), np.int32)
         self.fat: FatBoxes = empty_fat_boxes(0, self._real)
 
-    def update(self, bodies: Bodies, colliders: Colliders, shapes: Shapes, count: int, h: float, margin: float) -> bool:
+    def update(
+        self,
+        bodies: Bodies,
+        colliders: Colliders,
+        shapes: Shapes,
+        count: int,
+        h: float,
+        margin: float,
+        flying: npt.NDArray[np.uint8],
+        gravity: tuple[float, float, float],
+    ) -> bool:
         """Give new fat boxes to bodies that have left theirs, static ones too, and find the pairs that come and go with that.
 
         Args:
@@ -230,30 +244,48 @@ class FatTree:
             count: number of bodies and colliders.
             h: time step [s], for the room that fat boxes have for motion.
             margin: what is added to the bounds all round [m].
+            flying: (count,) 1 for bodies that are expected to go on as they move, or fall, else 0.
+            gravity: the acceleration with which they fall [m/s²].
 
         Returns:
             Whether the list of pairs may have changed.
         """
-        h, margin = float(h), float(margin)
-        if count != self._count:
+        started = count != self._count
+        if started:
             self._start(bodies, colliders, shapes, count)
+        moving, fixed = self.parts.moving, self.parts.fixed
+        h, margin, near = float(h), float(margin), 0.5 * self._fattening
+        number = max(len(moving), 1)
+        longest = longest_flight(int(flying[moving].sum()) / number, len(self.pairs) / number, h)
+
+        def flag(rows: npt.NDArray[np.int32], count: int) -> tuple[int, int]:
+            """How many of the bodies left their boxes, and how many are flagged for new ones."""
+            return flag_leavers(
+                rows, count, bodies.center, bodies.geometry, bodies.motion, self.fat, near, 0.5 * longest, margin,
+                self._offset, self._room, self._changed,
+            )  # fmt: skip
+
+        def renew_boxes(rows: npt.NDArray[np.int32]) -> int:
+            """Give new boxes to those that are flagged. Returns how many boxes move."""
+            return fatten(rows, self._changed, flying, longest, bodies, gravity, h, margin, self._fattening, self.fat)
+
+        if started:
             self._changed[:] = 1
-            self._fatten(bodies, self.parts.moving, h, margin)
-            self._fatten(bodies, self.parts.fixed, h, margin)
+            self._in_flight = renew_boxes(moving)
+            renew_boxes(fixed)
             self._find_all(static=True)
             return True
         surface = surfaces(bodies, colliders, shapes, self.parts.planes)
         static = not np.array_equal(surface, self._surface, equal_nan=True)
         self._surface = surface
-        if self._flag(bodies, self._fixed_rows, len(self.parts.fixed), margin)[0]:
+        if flag(self._fixed_rows, len(fixed))[0]:
             static = True
-            self._fatten(bodies, self.parts.fixed, h, margin)
-        moving = self.parts.moving
-        left, flagged = self._flag(bodies, self.rows, len(moving), margin)
-        if left:
-            self._fatten(bodies, moving, h, margin)
-        elif not static:
+            renew_boxes(fixed)
+        left, flagged = flag(self.rows, len(moving))
+        if not left and not static:
             return False
+        self._in_flight = renew_boxes(moving)
+        self.fat.clock[0] = 0
         self._refitted += flagged
         if static or flagged > REFIT_SHARE * len(moving):
             self._find_all(static)
@@ -275,36 +307,9 @@ class FatTree:
         self._room = np.zeros((max(len(self.rows), len(self._fixed_rows)), LANES), self._real)
         self._refitted = 0
 
-    def _flag(self, bodies: Bodies, rows: npt.NDArray[np.int32], count: int, margin: float) -> tuple[int, int]:
-        """How many of the bodies left their boxes, and how many are flagged for new ones."""
-        near = 0.5 * self._fattening
-        return flag_leavers(
-            rows,
-            count,
-            bodies.center,
-            bodies.geometry,
-            bodies.motion,
-            self.fat,
-            near,
-            margin,
-            self._offset,
-            self._room,
-            self._changed,
-        )
-
-    def _fatten(self, bodies: Bodies, rows: npt.NDArray[np.int32], h: float, margin: float) -> None:
-        fatten(
-            rows,
-            self._changed,
-            bodies.kind,
-            bodies.center,
-            bodies.geometry,
-            bodies.motion,
-            h,
-            margin,
-            self._fattening,
-            self.fat,
-        )
+    def _flights(self) -> FatBoxes | None:
+        """The boxes, if some of them move."""
+        return self.fat if self._in_flight else None
 
     def _find_all(self, static: bool) -> None:
         """Build the trees anew, that of static bodies only if asked to, and find all pairs."""
@@ -313,7 +318,7 @@ class FatTree:
             self._finder.fixed.build(self.fat.boxes, self.parts.fixed)
         self._refitted = 0
         self._front, found = self._finder.sorted_pairs(
-            self.fat.boxes, self.parts, self._surface, False, self._changed, self._front
+            self.fat.boxes, self.parts, self._surface, False, self._changed, self._front, self._flights()
         )
         self.pairs = self._front[:found]
         self._changed[:] = 0
@@ -326,13 +331,16 @@ class FatTree:
             self._refitted = 0
         else:
             finder.moving.refit(boxes)
-        self._fresh, fresh = finder.sorted_pairs(boxes, parts, self._surface, True, self._changed, self._fresh)
+        self._fresh, fresh = finder.sorted_pairs(
+            boxes, parts, self._surface, True, self._changed, self._fresh, self._flights()
+        )
         needed = len(old) + fresh
         if len(self._back) < needed:
             self._back = np.empty((needed + needed // 4, 2), np.int32)
         found = merge_pairs(old, self._fresh[:fresh], self._changed, self._back)
         self._front, self._back = self._back, self._front
         self.pairs = self._front[:found]
+        self._changed[:] = 0
 
 
 def in_blocks(rows: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from atlasphys.engine.broadphase import BROADPHASES
 from atlasphys.engine.broadphase.filters import without_joined
+from atlasphys.engine.broadphase.flight import note_flight
 from atlasphys.engine.fused.workspace import reserve_rows, with_room_for_pairs
 from atlasphys.engine.narrowphase.batch import GENERIC_KIND, KIND_OF
 from atlasphys.engine.shapes.bounds import update_bounds
@@ -47,7 +48,11 @@ def look_for_pairs(state: State, broadphase: str, h: float) -> None:
     """Bring the candidate pairs up to date."""
     shapes, margin, space = state.table.arrays, state.tolerances.margin, state.workspace
     if broadphase == "tree":
-        if space.tree.update(state.bodies, state.colliders, shapes, state.count, h, margin):
+        n, rows, last = state.count, state.manifold_count, state.manifolds
+        joints, flying = state.joints, np.empty(n, np.uint8)
+        joined = joints.rows.body[: joints.count][joints.active]
+        note_flight(last.a[:rows], last.b[:rows], last.count[:rows], state.colliders.body, joined, flying)
+        if space.tree.update(state.bodies, state.colliders, shapes, n, h, margin, flying, state.environment.gravity):
             renew_pairs(state, space.tree.pairs)
     else:
         update_bounds(state.bodies, state.colliders, shapes, state.count, margin)

@@ -6,7 +6,7 @@ from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call, call_address
 from atlasphys.engine.simd.bits import fetch
 from atlasphys.engine.simd.by_address import part_of
-from atlasphys.engine.solvers.body_block import drive, gain_speed, move, settle, tumble
+from atlasphys.engine.solvers.body_block import drive, fly, gain_speed, move, settle, tumble
 from atlasphys.engine.solvers.locked import follow_turn
 from atlasphys.engine.solvers.parts import give_back, hand_out, join_parts, take_bodies
 from atlasphys.engine.solvers.rolling_block import prepare_rolling, solve_rolling, start_rolling, store_rolling
@@ -22,6 +22,7 @@ from atlasphys.engine.state.work import (
     COLOURED,
     HUBS,
     JOINT_VISITS,
+    LIVE,
     PARITY,
     PLAIN,
     TUMBLING,
@@ -221,6 +222,21 @@ def visit_joints(mode, work, member):
 
 
 @routine
+def fly_all(bodies, drives, constants, work, member):
+    """Motion in all substeps if nothing touches or is joined: each block of bodies takes them one after the other."""
+    status, motion, geometry, h = work.status, bodies.motion, bodies.geometry, constants.h
+    first, stop = share(0, status[PLAIN], member)
+    for block in range(first, stop):
+        for _ in range(constants.substeps):
+            fly(block, work.plain, motion, geometry, drives, h)
+    first, stop = share(0, status[TUMBLING], member)
+    for block in range(first, stop):
+        for _ in range(constants.substeps):
+            gain_speed(block, work.tumbling, motion, drives)
+            tumble(block, work.tumbling, motion, geometry, bodies.mass, bodies.frame, bodies.inverse_mass, h)
+
+
+@routine
 def respond(bodies, locked, constants, new, work, member, noted):
     """The solver stage: impulses and motion in all substeps. Each member does its share of every loop.
 
@@ -237,6 +253,9 @@ def respond(bodies, locked, constants, new, work, member, noted):
                 locked, block, rows, motion, bodies.force, bodies.response, inverse_mass, bodies.mass, drives,
                 constants.gravity, h,
             )  # fmt: skip
+    if status[LIVE] == 0 and len(work.phases) == 0 and locked is None and noted is None:
+        fly_all(bodies, drives, constants, work, member)
+        return
     prepare_contacts(locked, inverse_mass, constants, new, work, member)
     visit_joints(joint_work.PREPARE, work, member)
     meet(member)

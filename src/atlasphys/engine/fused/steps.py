@@ -85,6 +85,21 @@ BODIES_EACH, PAIRS_EACH, GENERIC_EACH, CONTACTS_EACH = 64, 256, 8, 64
 
 
 @routine
+def begin_step(bodies, count, work):
+    """Bring the lists of bodies up to date, and note which are active, for the events of the step."""
+    status = work.status
+    if status[SLEEPERS_CHANGED]:
+        list_bodies(bodies, count, work)
+        status[SLEEPERS_CHANGED] = 0
+    elif status[KINEMATIC_BODIES]:  # one that stops or starts disturbs others no more, or again
+        list_active(bodies.kind, bodies.island, bodies.rest, bodies.motion, count, work.active)
+    if status[SLEEPS]:
+        for i in range(count):
+            work.before[i] = work.active[i]
+    status[SLEPT] = status[WOKEN] = 0
+
+
+@routine
 def list_bodies(bodies, count, work):
     """List the bodies that are to be moved, and those that may disturb others."""
     status = work.status
@@ -95,15 +110,28 @@ def list_bodies(bodies, count, work):
 
 
 @routine
-def list_live(count, row, pairs, pair_bodies, active, live):
-    """List those of so many pairs that have points and an active body; return how many."""
-    number = 0
-    for i in range(pairs):
+def list_live(count, work):
+    """List the pairs that have points, so many as ``count`` says of their rows, and an active body."""
+    number, active, live = 0, work.active, work.live
+    for i in range(work.status[PAIRS]):
         block, lane = i // LANES, i % LANES
-        moves = active[pair_bodies[block, 0, lane]] | active[pair_bodies[block, 1, lane]]
+        moves = active[work.pair_bodies[block, 0, lane]] | active[work.pair_bodies[block, 1, lane]]
         live[number] = i  # no branch: a processor would guess wrong half the time
-        number += 1 if (count[row[i]] > 0) & (moves != 0) else 0
-    return number
+        number += 1 if (count[work.row[i]] > 0) & (moves != 0) else 0
+    work.status[LIVE] = number
+
+
+@routine
+def wake(bodies, colliders, count, new, work):
+    """Wake the islands that an active body touches; their contacts are live then too."""
+    status = work.status
+    status[WOKEN] += wake_touched(
+        work.pairs, work.live, status[LIVE], colliders.body, work.linked, bodies.kind, bodies.island, bodies.rest, work.active, count,
+        work.ready, work.island_before, work.rest_before,
+    )  # fmt: skip
+    if status[WOKEN]:
+        list_bodies(bodies, count, work)
+        list_live(new.count, work)
 
 
 @routine
@@ -186,6 +214,21 @@ def remember(bodies, remembered, work, member):
 
 
 @routine
+def end_step(bodies, constants, fat, work):
+    """What was to last for one step ends, the tables of manifolds change their parts, and the clocks go on."""
+    status = work.status
+    if status[FORCES]:
+        bodies.force[:] = 0
+        status[FORCES] = 0
+    status[PAIRS_CHANGED] = 0
+    fat.clock[0] += constants.substeps * np.float64(constants.h)
+    status[PARITY] = 1 - status[PARITY]
+    status[STEP] += 1
+    status[PHASE] = DETECT
+    status[DONE] += 1
+
+
+@routine
 def take_part(arguments, task, rank, size):
     """Do a thread's share of the tasks that are not compiled apart, as ``detection`` and ``response`` are."""
     bodies, _, _, _, _, remembered, fat, constants, work, sync, _, _ = arguments
@@ -215,9 +258,9 @@ def run_steps(
 ):  # fmt: skip
     """Make steps until ``status[DONE]`` is ``steps``, or until something is needed; the answer says what.
 
-    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0;
-    each step builds
-    the next ones in the other table. ``sync`` is that of the team of threads (team.py) that share the work; ``work.lanes`` has scratch for each.
+    ``count`` is the number of bodies, ``fat`` the boxes of the tree broad phase. The present manifolds are in ``table_0`` if PARITY is 0; each step
+    builds the next ones in the other table. ``sync`` is that of the team of threads (team.py) that share the work; ``work.lanes`` has scratch for
+    each. PHASE says with which stage a step goes on once what it needed has been given.
     """
     status = work.status
     arguments = (bodies, colliders, shapes, table_0, table_1, remembered, fat, constants, work, sync, contacts, kept)
@@ -232,15 +275,8 @@ def run_steps(
         else:
             old, new = table_1, table_0
         if status[PHASE] == DETECT:
-            if status[SLEEPERS_CHANGED]:
-                list_bodies(bodies, count, work)
-                status[SLEEPERS_CHANGED] = 0
-            elif status[KINEMATIC_BODIES]:
-                list_active(bodies.kind, bodies.island, bodies.rest, bodies.motion, count, work.active)
-            if status[SLEEPS]:
-                for i in range(count):
-                    work.before[i] = work.active[i]
-            status[SLEPT] = status[WOKEN] = 0
+            # Broad phase: the candidate pairs of last step hold, unless they were found for this step only or a body has left its fat box.
+            begin_step(bodies, count, work)
             if status[KEEPS]:
                 status[LEFT] = 0
                 do_task(sync, LOOK, (status[PLAIN] + status[TUMBLING]) // BODIES_EACH)
@@ -250,6 +286,8 @@ def run_steps(
                 return NEED_PAIRS
             status[CHECKED] = 0
             time = note_time(work.times, BROADPHASE, time)
+
+            # Narrow phase and manifolds; pairs of rarer shapes are left to routines of their own.
             begin_detection(new, work)
             do_task(sync, COLLIDE, status[PAIRS] // PAIRS_EACH)
             status[PHASE] = RESPOND
@@ -266,25 +304,22 @@ def run_steps(
             do_task(sync, TAKE_GENERIC, 1)
             status[PHASE] = RESPOND
         time = note_time(work.times, NARROWPHASE, time)
-        live = list_live(new.count, work.row, status[PAIRS], work.pair_bodies, work.active, work.live)
+
+        # Islands: what wakes, and which contacts are solved at the same time.
+        list_live(new.count, work)
         if status[SLEEPS]:
-            status[WOKEN] += wake_touched(
-                work.pairs, work.live, live, colliders.body, work.linked, bodies.kind, bodies.island, bodies.rest, work.active, count,
-                work.ready, work.island_before, work.rest_before,
-            )  # fmt: skip
-            if status[WOKEN]:
-                list_bodies(bodies, count, work)
-                live = list_live(new.count, work.row, status[PAIRS], work.pair_bodies, work.active, work.live)
-        status[LIVE] = live
+            wake(bodies, colliders, count, new, work)
         if status[WEIGHT_FIRST]:
-            weight_first(new.contact, work.row, constants.gravity, work.live, live, work.generic)
+            weight_first(new.contact, work.row, constants.gravity, work.live, status[LIVE], work.generic)
         missing = arrange_contacts(bodies, count, new, work)
         if missing != FINISHED:
             return missing
+        time = note_time(work.times, ISLANDS, time)
+
+        # Solver
         status[BOUNCES] = status[BROKEN] = 0
         status[WRONG] = -1
         body_work = (status[PLAIN] + status[TUMBLING]) // BODIES_EACH
-        time = note_time(work.times, ISLANDS, time)
         contact_work = (status[BLOCKS_ONE] + status[BLOCKS_MANY] + len(work.joints.blocks)) // CONTACTS_EACH
         do_task(sync, ADVANCE, contact_work + body_work)
         if status[BROKEN]:
@@ -292,17 +327,12 @@ def run_steps(
         if len(work.phases) > 0:
             call_address(work.calls[JOINT_VISITS], sync[DATA], KEEP_RESULTS, 0, 1)
         time = note_time(work.times, SOLVER, time)
+
+        # Finish
         rest(bodies, colliders, count, constants, new, work)
         do_task(sync, REMEMBER, body_work)
         note_touching(new, work)
         give_back_rows(old, new, work)
-        if status[FORCES]:
-            bodies.force[:] = 0
-            status[FORCES] = 0
-        status[PAIRS_CHANGED] = 0
-        status[STEP] += 1
-        status[PARITY] = 1 - status[PARITY]
-        status[PHASE] = DETECT
-        status[DONE] += 1
+        end_step(bodies, constants, fat, work)
         time = note_time(work.times, FINISH, time)
     return FINISHED

@@ -91,14 +91,25 @@ def drive(locks, block, rows, motion, force, response, inverse_mass, mass, drive
         scatter(motion, row, (*(select(s, 0, x) for s, x in zip(stopped, m[0:6], strict=True)), *m[6:8]))
 
 
+def driven(m, d):
+    """Velocity and angular velocity after the velocity half of a substep."""
+    v = [(m[k] + d[k]) * d[3] for k in range(3)]
+    w = [(m[3 + k] + d[4 + k]) * d[7] for k in range(3)]
+    return (*v, *w)
+
+
+def turn_of(w, h):
+    """2 tan(|h ω| / 2) along ω, to fifth order: the Cayley rotation by it turns by |h ω|."""
+    angle = h * h * vec.length_squared(w)
+    return vec.scale(w, h * (1 + angle / 12 + angle * angle / 120))
+
+
 @simd_kernel
 def gain_speed(block, rows, motion, drives):
     """The velocity half of a substep."""
     row = load(rows, block)
-    m, d = gather(motion, row), gather(drives, row)
-    v = [(m[k] + d[k]) * d[3] for k in range(3)]
-    w = [(m[3 + k] + d[4 + k]) * d[7] for k in range(3)]
-    scatter(motion, row, (*v, *w, m[6], m[7]))
+    m = gather(motion, row)
+    scatter(motion, row, (*driven(m, gather(drives, row)), m[6], m[7]))
 
 
 @simd_kernel
@@ -106,10 +117,16 @@ def move(block, rows, motion, geometry, h):
     """The position half of a substep for bodies that keep their angular velocity."""
     row = load(rows, block)
     m, pose = gather(motion, row, 16), gather(geometry, row, 8, POSE)
-    w = m[3:6]
-    angle = h * h * vec.length_squared(w)
-    turn = vec.scale(w, h * (1 + angle / 12 + angle * angle / 120))
-    advance(row, motion, geometry, m, pose, w, turn, h)
+    advance(row, motion, geometry, m, pose, m[3:6], turn_of(m[3:6], h), h)
+
+
+@simd_kernel
+def fly(block, rows, motion, geometry, drives, h):
+    """Both halves of a substep for bodies that keep their angular velocity, between which nothing changes their velocities."""
+    row = load(rows, block)
+    m, pose = gather(motion, row, 16), gather(geometry, row, 8, POSE)
+    m = (*driven(m, gather(drives, row)), *m[6:16])
+    advance(row, motion, geometry, m, pose, m[3:6], turn_of(m[3:6], h), h)
 
 
 def advance(row, motion, geometry, m, pose, spin, turn, h):
@@ -151,9 +168,7 @@ def tumble(block, rows, motion, geometry, mass, frame, inverse_mass, h):
         scale = 1 / vec.dot(u, vx)
         step = vec.dot(residual, vx), vec.dot(u, vec.cross(residual, x)), vec.dot(u, vec.cross(v, residual))
         w = vec.sub(w, vec.scale(step, scale))
-    angle = h * h * vec.length_squared(spin)
-    plain = vec.scale(spin, h * (1 + angle / 12 + angle * angle / 120))
-    turn = vec.select_vec(free, vec.mat_mul_vec(axes, vec.scale(w, h)), plain)
+    turn = vec.select_vec(free, vec.mat_mul_vec(axes, vec.scale(w, h)), turn_of(spin, h))
     after = quat_matrix(quat_unit(quat_mul(cayley(turn), to_world)))
     # L is kept in world axes; round-off in the axes has a bias in energy, which is taken out.
     kept = vec.mat_transpose_mul_vec(after, vec.mat_mul_vec(axes, momentum))

@@ -211,7 +211,7 @@ class JointTable:
     @property
     def breakable(self) -> bool:
         """Whether some joint that acts may break."""
-        return bool(np.isfinite(self.rows.strength[: self.count][self.active]).any())
+        return self.count > 0 and bool(np.isfinite(self.rows.strength[: self.count][self.active]).any())
 
     def forget(self) -> None:
         """Forget the impulses for warm starting."""
