@@ -254,11 +254,14 @@ def sort_pairs(first, stop, bodies, constants, old, new, work, lanes):
     work.generic[first:stop] = 0
     for p in range(first, stop):
         a, b = bodies_of(p, work.pair_bodies)
+        asleep = not (work.active[a] | work.active[b])
+        if asleep and work.copied[p]:
+            continue
         known = old.count[work.row[p]]
         row = work.row[p] if known > 0 else 0  # it may have lost its points in the last step
         work.row[p] = row
-        if not (work.active[a] | work.active[b]):
-            if row > 0 and not work.copied[p]:
+        if asleep:
+            if row > 0:
                 keep_asleep(row, old, new)
             work.copied[p] = 1
             continue

@@ -81,19 +81,26 @@ class Workspace:
         """Steps that a compiled call may make, for it to return soon enough."""
 
     def _take_up_manifolds(self, state: State) -> None:
-        """Lay the tables of manifolds out as the fused step needs them: row 0 is nobody's."""
+        """Lay the tables of manifolds out as the fused step needs them, which is how it leaves them: row 0 is nobody's."""
         rows = live_rows(state.manifolds, state.manifold_count)
-        table = state.manifolds = arranged(state.manifolds, rows, first=1)
-        count = state.manifold_count = len(table.a)
-        state.next_manifolds = empty_manifolds(count, state.real)
+        if state.manifold_count == 0 or state.manifolds.count[0] > 0:
+            state.manifolds = arranged(state.manifolds, rows, first=1)
+            state.manifold_count = 1 + len(rows)
+            rows = np.arange(1, 1 + len(rows))
+        table, count = state.manifolds, state.manifold_count
+        if len(state.next_manifolds.a) < len(table.a):
+            state.next_manifolds = empty_manifolds(len(table.a), state.real)
+        state.next_manifolds.count[:count], state.next_manifolds.collided[:count] = 0, -1  # it holds no copies
+        free = 1 + np.flatnonzero(table.count[1:count] == 0)
         self.work = self.work._replace(
-            pairs_before=np.stack([table.a[1:], table.b[1:]], axis=1),
-            row_before=np.arange(1, count, dtype=np.int32),
-            expiry_before=np.full(count - 1, -np.inf),
-            **lists_of_rows(count),
+            pairs_before=np.stack([table.a[rows], table.b[rows]], axis=1),
+            row_before=rows.astype(np.int32),
+            expiry_before=np.full(len(rows), -np.inf),
+            **lists_of_rows(len(table.a)),
         )
+        self.work.free[: len(free)] = free
         status = self.work.status
-        status[ROWS], status[PAIRS_BEFORE], status[PAIRS_CHANGED] = count, count - 1, 1
+        status[ROWS], status[FREE], status[PAIRS_BEFORE], status[PAIRS_CHANGED] = count, len(free), len(rows), 1
 
 
 def locks_of(state: State) -> npt.NDArray[np.integer]:
