@@ -62,7 +62,7 @@ def compile_classic_solver(precision: str) -> None:
 
 
 def use_worlds(preset: str, precision: str) -> None:
-    """Have worlds of a preset do what worlds can do, with a body of each shape, all of them touching each other."""
+    """Have worlds of a preset do what worlds can do, with a body of each shape, all of them touching each other, and one in flight."""
     settings: dict[str, Any] = {"preset": preset, "precision": precision}
     world = ap.World(**settings)
     world.add(ap.Plane())
@@ -77,6 +77,7 @@ def use_worlds(preset: str, precision: str) -> None:
     ):
         for shift in (0.0, 0.1):
             world.add(shape, position=(shift, 0.4 + shift, 0), rolling_friction=0.01, restitution=0.5)
+    world.add(ap.Sphere(radius=0.5), position=(9, 9, 9), velocity=(0, 100, 0))
     before = world.snapshot()
     world.step(1e-4)
     world.restore(before)

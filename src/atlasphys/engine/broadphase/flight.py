@@ -8,8 +8,6 @@ positions of continuously moving objects", 2000.)
 What is found holds until a body leaves its moving box, or a box has moved for as long as it was made for.
 """
 
-import math
-
 import numpy as np
 
 from atlasphys.engine.jit import kernel, routine
@@ -68,7 +66,7 @@ def time_of_flight(speed, reach, longest, h, fattening):
     """
     if not speed * longest > fattening:
         return 0.0
-    return h * (math.floor(min(longest, LONGEST_SWEEP * reach / speed) / h) + 0.25)
+    return h * (int(min(longest, LONGEST_SWEEP * reach / speed) / h) + 0.25)
 
 
 @kernel
