@@ -96,7 +96,7 @@ MOST_ITERATIONS = 10_000
 """Limit of the settings that are numbers of sweeps."""
 
 
-JOINT_DAMPING, JOINT_PUSH_OUT_SPEED = 1.0, 3.0
+JOINT_DAMPING, JOINT_PUSH_OUT_SPEED = 1.0, 2.5
 """Damping ratio of joints' softness, and greatest speed at which their errors are taken back [m/s, rad/s]. At 10 m/s bodies on long levers, which
 turn by a good part of a radian while they are pulled together, gain energy from step to step: relaxing then takes back the speed along other
 directions than those that it was given along. At 2 m/s a hundredfold weight pulls a chain of twenty links apart."""
