@@ -5,6 +5,8 @@ from functools import partial
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import atlasphys as ap
 
@@ -168,4 +170,47 @@ def test_an_absurd_error_is_recovered_from(kind, solver):
         most = max(most, world.energy().kinetic)
     assert math.dist(*joint.anchors) < 0.05
     assert most < 1000.0
-    assert world.energy().kinetic < 0.4 * most
+    assert world.energy().kinetic < max(0.4 * most, 10.0)
+
+
+ABSURD = {
+    "ball": ap.Ball,
+    "ball with cone and twist": partial(ap.Ball, cone=0.3, twist=(-0.2, 0.2)),
+    "hinge": ap.Hinge,
+    "slider": ap.Slider,
+    "fixed": ap.Fixed,
+    "soft weld": partial(ap.Fixed, spring=ap.Elastic(frequency=2, damping=0.3)),
+    "rod": partial(ap.Distance, length=1),
+    "spring": partial(ap.Spring, rest_length=1, frequency=2, damping=0.3),
+    "universal": ap.Universal,
+    "six-dof": partial(ap.SixDof, x=(-1, 1), rx="free", ry=(-0.3, 0.3)),
+}
+
+
+@pytest.mark.parametrize("solver", ["soft_step", "sequential_impulse", "xpbd", "avbd"])
+@settings(max_examples=15, deadline=None, derandomize=True)
+@given(kind=st.sampled_from(sorted(ABSURD)), seed=st.integers(0, 10**6))
+def test_what_an_absurd_start_gives_is_bounded_and_does_not_grow(solver, kind, seed):
+    """Anchors metres apart, axes turned at random, mass ratios up to 25: what energy the joint gives while it pulls the two together is
+    bounded, and is not more in the last three seconds of ten than it had been before."""
+    number = np.random.default_rng(seed)
+    world = ap.World(solver=solver, gravity=(0, 0, 0), sleeping=False)
+    a = world.add(ap.Box(size=(1, 0.5, 0.3)), mass=1, mask=0)
+    b = world.add(
+        ap.Box(size=(0.5, 1, 0.2)), position=number.uniform(-6, 6, 3), mass=10 ** number.uniform(-0.7, 0.7), mask=0
+    )
+    turned = number.normal(size=(2, 4))
+    b.orientation = turned[0] / np.linalg.norm(turned[0])
+    ends = {"anchor_a": number.uniform(-1, 1, 3), "anchor_b": number.uniform(-1, 1, 3)}
+    if kind not in ("rod", "spring"):
+        ends |= {"frame_a": (1, 0, 0, 0), "frame_b": turned[1]}
+    world.join(ABSURD[kind](a, b, **ends))
+    energies = []
+    for _ in range(600):
+        world.step(1 / 60)
+        energies.append(world.energy().kinetic)
+    assert max(energies) < (
+        200 if solver == "sequential_impulse" and "spring" not in kind and "soft" not in kind else 1500
+    )
+    if solver != "sequential_impulse":  # which feeds fast spin on long levers slowly (docs/joints.md)
+        assert max(energies[420:]) <= 1.05 * max(energies[:420])

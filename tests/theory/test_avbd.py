@@ -5,7 +5,7 @@ import pytest
 import sympy as sp
 
 from atlasphys.engine.math.ldlt import solve_6x6
-from atlasphys.engine.solvers.avbd import contact_force
+from atlasphys.engine.solvers.avbd_contacts import contact_force
 from tests.theory.formulas import checks, interpreted
 
 SOLVE, FORCE = interpreted(solve_6x6), interpreted(contact_force)

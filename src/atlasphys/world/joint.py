@@ -14,7 +14,6 @@ from atlasphys.engine.joints.frames import Pose, to_world
 from atlasphys.engine.joints.kinds.kind import JointKind
 from atlasphys.engine.joints.measure import coordinate
 from atlasphys.engine.joints.part import Motor
-from atlasphys.engine.solvers import SOLVERS
 from atlasphys.engine.state.bodies import DYNAMIC
 from atlasphys.engine.state.joints import MOTOR_TOTAL, WORLD
 from atlasphys.errors import InvalidArgumentError, RemovedJointError
@@ -446,22 +445,6 @@ def check_ends(world: World, kind: JointKind) -> tuple[int, int]:
     if not any(row != WORLD and kinds[row] == DYNAMIC for row in rows):
         raise InvalidArgumentError("one of the two bodies of a joint must be dynamic; these cannot be moved by forces")
     return a, b
-
-
-def check_joints(world: World) -> None:
-    """Refuse joints that the world's solver does not solve.
-
-    Raises:
-        InvalidArgumentError: there is such a joint; the message names it, and the solvers that solve it.
-    """
-    joints, name = world._state.joints, world._pipeline.solver
-    if SOLVERS[name].soft_blocks or not joints.soft_blocks.any():
-        return
-    row = int(np.flatnonzero(joints.soft_blocks)[0])
-    able = ", ".join(other for other, solver in SOLVERS.items() if solver.soft_blocks)
-    raise InvalidArgumentError(
-        f"{name} offers no springs on points and orientations (Target, spring of a Ball or Fixed), and {world.joints[row]!r} has one; {able} do"
-    )
 
 
 def join(world: World, joint: JointKind, name: str | None) -> Joint:

@@ -42,7 +42,7 @@ from atlasphys.world.arguments import (
 )
 from atlasphys.world.body import COEFFICIENTS, RESPONSES, Body
 from atlasphys.world.html import world_html
-from atlasphys.world.joint import Joint, JointInfo, Joints, check_joints, join
+from atlasphys.world.joint import Joint, JointInfo, Joints, join
 from atlasphys.world.settings import (
     DEFAULT_PRESET,
     LONGEST_RUN,
@@ -509,7 +509,6 @@ class World:
     def _take_steps(self, h: float, steps: int) -> None:
         """Take steps, as many at a time as the solver can; one by one where joints may break."""
         state, joints = self._state, self._state.joints
-        check_joints(self)
         together = steps if is_fused(self._pipeline.solver) and not joints.breakable else 1
         for _ in range(steps // together if steps else 0):
             if is_fused(self._pipeline.solver):

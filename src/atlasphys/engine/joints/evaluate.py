@@ -34,23 +34,19 @@ EFFECTIVE = 39  # 39–41 effective mass along each row by itself, 1 / K_rr
 ROW_FIELDS = 96
 """The solver may use the fields from 42 on."""
 
-JACOBIANS, COORDINATES = range(2)
-"""What is written: all of it, or C alone."""
-
 
 @simd_kernel
-def write_rows(kind, jacobians, block, motion, geometry, inverse_mass, work, rows):
-    """Write C, and if ``jacobians`` is 1 J and the effective masses, of a block at the bodies' present poses."""
+def write_rows(kind, block, motion, geometry, inverse_mass, work, rows):
+    """Write C, J and the effective masses of a block at the bodies' present poses."""
     tied = Tied(kind, block, motion, geometry, inverse_mass, work)
     for k, c in enumerate(PARTS[kind].measure(tied.ends)):
         store(rows, block, COORDINATE + k, c)
-    if jacobians:
-        like = tied.ends.arm_a[0]
-        for r, row in enumerate(tied.rows):
-            for k, x in enumerate(entry for side in row for entry in side):
-                store(rows, block, ROW_STRIDE * r + k, filled(like, x))
-        for r, line in enumerate(masses(tied.rows, *tied.inverse)):
-            store(rows, block, EFFECTIVE + r, reciprocal(line[0]))
+    like = tied.ends.arm_a[0]
+    for r, row in enumerate(tied.rows):
+        for k, x in enumerate(entry for side in row for entry in side):
+            store(rows, block, ROW_STRIDE * r + k, filled(like, x))
+    for r, line in enumerate(masses(tied.rows, *tied.inverse)):
+        store(rows, block, EFFECTIVE + r, reciprocal(line[0]))
 
 
 def filled(like: Any, x: Any) -> Any:
@@ -66,51 +62,28 @@ def evaluate(arguments, mode, first, stop):
     for block in range(first, stop):
         if work.integers[block, ANY, 0]:
             kind = kinds[block]
-            if mode == JACOBIANS:
-                if kind == POINT:
-                    write_rows(POINT, 1, block, motion, geometry, inverse_mass, work, rows)
-                elif kind == LINE:
-                    write_rows(LINE, 1, block, motion, geometry, inverse_mass, work, rows)
-                elif kind == LOCK:
-                    write_rows(LOCK, 1, block, motion, geometry, inverse_mass, work, rows)
-                elif kind == AXIS:
-                    write_rows(AXIS, 1, block, motion, geometry, inverse_mass, work, rows)
-                elif kind == DISTANCE:
-                    write_rows(DISTANCE, 1, block, motion, geometry, inverse_mass, work, rows)
-                elif kind == TRANSLATION:
-                    write_rows(TRANSLATION, 1, block, motion, geometry, inverse_mass, work, rows)
-                elif kind == PULLEY:
-                    write_rows(PULLEY, 1, block, motion, geometry, inverse_mass, work, rows)
-                elif kind == COUPLING:
-                    write_rows(COUPLING, 1, block, motion, geometry, inverse_mass, work, rows)
-                elif kind == CROSS:
-                    write_rows(CROSS, 1, block, motion, geometry, inverse_mass, work, rows)
-                elif kind == CONE:
-                    write_rows(CONE, 1, block, motion, geometry, inverse_mass, work, rows)
-                elif kind == ROTATION:
-                    write_rows(ROTATION, 1, block, motion, geometry, inverse_mass, work, rows)
-            elif kind == POINT:
-                write_rows(POINT, 0, block, motion, geometry, inverse_mass, work, rows)
+            if kind == POINT:
+                write_rows(POINT, block, motion, geometry, inverse_mass, work, rows)
             elif kind == LINE:
-                write_rows(LINE, 0, block, motion, geometry, inverse_mass, work, rows)
+                write_rows(LINE, block, motion, geometry, inverse_mass, work, rows)
             elif kind == LOCK:
-                write_rows(LOCK, 0, block, motion, geometry, inverse_mass, work, rows)
+                write_rows(LOCK, block, motion, geometry, inverse_mass, work, rows)
             elif kind == AXIS:
-                write_rows(AXIS, 0, block, motion, geometry, inverse_mass, work, rows)
+                write_rows(AXIS, block, motion, geometry, inverse_mass, work, rows)
             elif kind == DISTANCE:
-                write_rows(DISTANCE, 0, block, motion, geometry, inverse_mass, work, rows)
+                write_rows(DISTANCE, block, motion, geometry, inverse_mass, work, rows)
             elif kind == TRANSLATION:
-                write_rows(TRANSLATION, 0, block, motion, geometry, inverse_mass, work, rows)
+                write_rows(TRANSLATION, block, motion, geometry, inverse_mass, work, rows)
             elif kind == PULLEY:
-                write_rows(PULLEY, 0, block, motion, geometry, inverse_mass, work, rows)
+                write_rows(PULLEY, block, motion, geometry, inverse_mass, work, rows)
             elif kind == COUPLING:
-                write_rows(COUPLING, 0, block, motion, geometry, inverse_mass, work, rows)
+                write_rows(COUPLING, block, motion, geometry, inverse_mass, work, rows)
             elif kind == CROSS:
-                write_rows(CROSS, 0, block, motion, geometry, inverse_mass, work, rows)
+                write_rows(CROSS, block, motion, geometry, inverse_mass, work, rows)
             elif kind == CONE:
-                write_rows(CONE, 0, block, motion, geometry, inverse_mass, work, rows)
+                write_rows(CONE, block, motion, geometry, inverse_mass, work, rows)
             elif kind == ROTATION:
-                write_rows(ROTATION, 0, block, motion, geometry, inverse_mass, work, rows)
+                write_rows(ROTATION, block, motion, geometry, inverse_mass, work, rows)
 
 
 @kernel

@@ -23,13 +23,11 @@ class Solver(NamedTuple):
     part of the fused step (``engine/run.py``)."""
     shares: bool = False
     """Whether it lets bodies sleep and shares its work among threads."""
-    soft_blocks: bool = True
-    """Whether it solves springs on vectors: soft welds, springs of ball joints, targets."""
 
 
 SOLVERS: dict[str, Solver] = {
     "soft_step": Solver(SoftStep, None, shares=True),
     "sequential_impulse": Solver(SequentialImpulse, sequential_impulse.advance),
     "xpbd": Solver(XPBD, None),
-    "avbd": Solver(AVBD, avbd.advance, soft_blocks=False),
+    "avbd": Solver(AVBD, avbd.advance),
 }

@@ -21,6 +21,7 @@ from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.joints.layout import find_code, lay_out, no_visit, set_numbers, visit_all
 from atlasphys.engine.math import mat, vec
 from atlasphys.engine.shapes.arguments import invalid, number
+from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call, call_address
 from atlasphys.engine.solvers.common import (
     invert_2x2,
@@ -36,7 +37,7 @@ from atlasphys.engine.solvers.integrate import integrate_positions, integrate_ve
 from atlasphys.engine.solvers.projection import project_positions
 from atlasphys.engine.solvers.soft_step import MOST_JOINT_FREQUENCY, softness
 from atlasphys.engine.solvers.sweep_trace import MOST_TRACED, note_sweep, sweeps
-from atlasphys.engine.state.joint_work import KEEP_RESULTS, PREPARE, RELAX, SOLVE, START
+from atlasphys.engine.state.joint_work import JOINT_FIELDS, KEEP_RESULTS, PREPARE, RELAX, SLIPPED, SOLVE, START, TOTALS
 from atlasphys.engine.state.joints import PART_TYPES
 from atlasphys.engine.state.manifolds import (
     DEPTH,
@@ -95,8 +96,10 @@ MOST_ITERATIONS = 10_000
 """Limit of the settings that are numbers of sweeps."""
 
 
-JOINT_DAMPING, JOINT_PUSH_OUT_SPEED = 1.0, 10.0
-"""Damping ratio of joints' softness, and greatest speed at which their errors are taken back [m/s, rad/s], as those of ``soft_step``."""
+JOINT_DAMPING, JOINT_PUSH_OUT_SPEED = 1.0, 2.5
+"""Damping ratio of joints' softness, and greatest speed at which their errors are taken back [m/s, rad/s]. At 10 m/s bodies on long levers, which
+turn by a good part of a radian while they are pulled together, gain energy from step to step: relaxing then takes back the speed along other
+directions than those that it was given along. At 2 m/s a hundredfold weight pulls a chain of twenty links apart."""
 
 BOUNCE_SWEEPS = 20
 """How many times the usual number of sweeps may be made while bounces are not solved for."""
@@ -406,16 +409,41 @@ def store_impulses(manifolds, count, frames, points):
         vec.store_columns(manifolds.contact, i, PATCH_ROLLING, rolling)
 
 
+@routine
+def clear_totals(blocks):
+    """Forget the impulses that a pass over the joints has summed up: the next one notes them once more."""
+    for block in range(len(blocks)):
+        for k in range(TOTALS, JOINT_FIELDS):
+            for lane in range(LANES):
+                blocks[block, k, lane] = 0
+
+
+@routine
+def keep_slips(blocks, slips):
+    """Note how far couplings have slipped. The first relaxing pass finds it from the speeds with which the bodies moved."""
+    for block in range(len(blocks)):
+        for lane in range(LANES):
+            slips[block, lane] = blocks[block, SLIPPED, lane]
+
+
+@routine
+def return_slips(slips, blocks):
+    """Write back what ``keep_slips`` noted."""
+    for block in range(len(blocks)):
+        for lane in range(LANES):
+            blocks[block, SLIPPED, lane] = slips[block, lane]
+
+
 @kernel
 def solve(
     bodies, body_count, colliders, manifolds, count, pairs, frames, points, blocks, excess, change, displacement, spin_change,
     gravity, h, ratio, iterations, position_iterations, bias, position_rate, threshold, finest, tolerances, motions, impulses,
-    joints, phases, calls,
+    joints, phases, calls, slips,
 ):  # fmt: skip
     """One step of length h for all bodies: velocities, then positions. Returns the number of sweeps.
 
-    Joints (state/joint_work.py) are visited before the contacts in each sweep, as soft constraints; once the bodies have moved, a last pass takes
-    back the speed that this gave, and the contacts have the last word.
+    Joints (state/joint_work.py) are visited before the contacts in each sweep, as soft constraints. Once the bodies have moved, as many sweeps again
+    make them rigid where they are now: velocities are those of the step's end, without the speed that taking back errors gave.
 
     ``motions`` and ``impulses`` take notes of the sweeps as far as they have room: none, unless a trace is asked for.
     """
@@ -448,8 +476,14 @@ def solve(
         for i in range(body_count):
             for k in range(4):
                 bodies.geometry[i, 12 + k] = bodies.orientation[i, k]
-        visit_all(RELAX, calls, data, phases)
-        sweep(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks, excess, change)
+        for s in range(iterations):
+            if s == iterations - 1:
+                clear_totals(joints.blocks)
+            visit_all(RELAX, calls, data, phases)
+            if s == 0:
+                keep_slips(joints.blocks, slips)
+            sweep(motion, inverse_mass, pairs, manifolds, count, frames, points, blocks, excess, change)
+        return_slips(slips, joints.blocks)
         call_address(calls[PART_TYPES], data, KEEP_RESULTS, 0, len(joints.blocks))
     store_impulses(manifolds, count, frames, points)
     project_positions(
@@ -470,7 +504,8 @@ def ready_joints(state: State, h: float, ratio: float) -> tuple[Any, ...]:
         soft = softness(MOST_JOINT_FREQUENCY / h, JOINT_DAMPING, h)
         set_numbers(state, layout, h, ratio, soft, JOINT_PUSH_OUT_SPEED * state.environment.length_unit)
         find_code(state, layout)
-    return layout.work, layout.phases, layout.calls
+    slips = np.empty((len(layout.work.blocks), LANES), state.real)
+    return layout.work, layout.phases, layout.calls, slips
 
 
 def advance(state: State, settings: SequentialImpulse, h: float) -> None:

@@ -17,9 +17,10 @@ x + h v, and the bodies are moved by the result: 2 and 3 in one. This is the sam
 difference of nearly equal positions, which single precision would not survive at h = 1/1200 s, and bodies move by the scheme of
 ``body_block.py``, which conserves angular momentum to round-off and has the gyroscopic torque in it.
 
-Joints (engine/joints) are solved before the contacts, by the same steps: once for positions, Δλ = −K⁻¹ (J v + C / h), where the impulses of a substep
-begin at 0, and once, after the bodies have moved, for velocities, Δλ = −K⁻¹ J v, which gives back the speed that this gave them. Springs have the
-compliance and damping of joints/elastic.py.
+Joints (engine/joints) are solved before the contacts, by the same steps: once for positions, Δλ = −K⁻¹ (J v + C / h), where the impulses of a
+substep begin at 0, and once, after the bodies have moved, for velocities, Δλ = −K⁻¹ J v, which gives back the speed that this gave them. Springs
+have the compliance and damping of joints/elastic.py. Motors and friction come last in each pass: what a single sweep leaves undone of the others
+is an error of positions, which the next substep sees; theirs would be lost.
 
 docs/xpbd.md derives it, and says where it differs from the paper. What it does to eight contacts side by side is in ``xpbd_contact.py``.
 """
@@ -28,9 +29,10 @@ from dataclasses import dataclass
 
 from atlasphys.engine.islands.colour import COLOURS, beside
 from atlasphys.engine.jit import routine
+from atlasphys.engine.joints.layout import no_visit
 from atlasphys.engine.shapes.arguments import invalid, number
 from atlasphys.engine.simd import LANES
-from atlasphys.engine.simd.address import call_address
+from atlasphys.engine.simd.address import address_call, call_address
 from atlasphys.engine.solvers.body_block import drive, gain_speed, move, tumble
 from atlasphys.engine.solvers.locked import follow_turn
 from atlasphys.engine.solvers.rolling_block import ROLL, prepare_rolling, solve_rolling, store_rolling
@@ -47,9 +49,17 @@ from atlasphys.engine.solvers.xpbd_contact import (
 )
 from atlasphys.engine.state import joint_work
 from atlasphys.engine.state.blocks import BOUNCES, COUNT, MANIFOLD, ROLLS
-from atlasphys.engine.state.joint_work import IMPULSES, SLIPPED
+from atlasphys.engine.state.joint_work import IMPULSES
+from atlasphys.engine.state.joints import (
+    FIRST_BLOCK_TYPE,
+    FRICTION_FORCE,
+    MOTOR_FORCE,
+    PHASE,
+    SPRING_MASS,
+    SPRING_PULL,
+)
 from atlasphys.engine.state.manifolds import RESTITUTION, ROLLING, TORSIONAL
-from atlasphys.engine.state.work import COLOURED, JOINT_VISITS, PLAIN, TUMBLING
+from atlasphys.engine.state.work import COLOURED, JOINT_VISITS, JOINTS, PLAIN, TUMBLING
 from atlasphys.engine.team import DATA
 
 MOST_SUBSTEPS = 1000
@@ -246,19 +256,37 @@ def store_contacts(bodies, manifolds, work, locked, inverse_h):
 
 
 @routine
-def visit_joints(mode, work, sync):
-    """One pass over all joints (fused/joints.py)."""
-    if len(work.phases) > 0:
-        call_address(work.calls[JOINT_VISITS], sync[DATA], mode, 0, 1)
+def is_driven(kind, block, blocks):
+    """Whether a block of parts has a motor or friction."""
+    for lane in range(LANES):
+        if kind >= FIRST_BLOCK_TYPE:  # friction is a spring that stops, but does not pull
+            if blocks[block, SPRING_MASS, lane] > 0 and blocks[block, SPRING_PULL, lane] == 0:
+                return True
+        elif blocks[block, MOTOR_FORCE, lane] > 0 or blocks[block, FRICTION_FORCE, lane] > 0:
+            return True
+    return False
 
 
 @routine
 def forget_impulses(blocks):
     """Let the impulses of all joints begin at 0."""
     for block in range(len(blocks)):
-        for k in range(IMPULSES, SLIPPED):
+        for k in range(PHASE):
             for lane in range(LANES):
-                blocks[block, k, lane] = 0
+                blocks[block, IMPULSES + k, lane] = 0
+
+
+@routine
+def solve_joints(mode, bodies, work):
+    """One pass over all joints. Motors and friction come last, when they know their loads: what they left undone no positions would remember."""
+    joints, phases = work.joints, work.phases
+    data = address_call(no_visit, (bodies.motion, bodies.geometry, bodies.inverse_mass, bodies.center, joints))[1]
+    for driven in (False, True):
+        for p in range(len(phases)):
+            kind = phases[p, joint_work.TYPE]
+            for block in range(phases[p, joint_work.FIRST], phases[p, joint_work.STOP]):
+                if is_driven(kind, block, joints.blocks) == driven:
+                    call_address(work.calls[JOINTS + kind], data, mode, block, block + 1)
 
 
 @routine
@@ -274,7 +302,8 @@ def respond(bodies, locked, constants, manifolds, work, sync, noted):
                 constants.gravity, h,
             )  # fmt: skip
     bounces = prepare_contacts(bodies, manifolds, work, locked, constants.ratio)
-    visit_joints(joint_work.PREPARE, work, sync)
+    if len(work.phases) > 0:
+        call_address(work.calls[JOINT_VISITS], sync[DATA], joint_work.PREPARE, 0, 1)
     for substep in range(constants.substeps):
         for rows, stop in ((work.plain, status[PLAIN]), (work.tumbling, status[TUMBLING])):
             for block in range(stop):
@@ -282,7 +311,7 @@ def respond(bodies, locked, constants, manifolds, work, sync, noted):
         if bounces:
             aim_contacts(True, bodies, manifolds, work, locked, constants.bounce)
         forget_impulses(work.joints.blocks)
-        visit_joints(joint_work.SOLVE, work, sync)
+        solve_joints(joint_work.SOLVE, bodies, work)
         sweep_positions(bodies, work, locked, constants.positions)
         if noted is not None:
             note_pass(SOLVE, substep, motion, noted)
@@ -291,7 +320,7 @@ def respond(bodies, locked, constants, manifolds, work, sync, noted):
         for block in range(status[TUMBLING]):
             tumble(block, work.tumbling, motion, geometry, bodies.mass, bodies.frame, inverse_mass, h)
         follow_turn(locked, bodies.locks, motion, geometry, inverse_mass, bodies.mass, bodies.frame, h)
-        visit_joints(joint_work.RELAX, work, sync)
+        solve_joints(joint_work.RELAX, bodies, work)
         if bounces:
             aim_contacts(False, bodies, manifolds, work, locked, constants.bounce)
             ease = type(h)(1)

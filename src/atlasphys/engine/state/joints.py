@@ -200,15 +200,6 @@ class JointTable:
         return pairs[(pairs != WORLD).all(axis=1)]
 
     @property
-    def soft_blocks(self) -> npt.NDArray[np.bool_]:
-        """(count,) which joints act by a spring on a vector: a soft point or rotation lock."""
-        parts, n = self.parts, self.part_count
-        soft = np.zeros(self.count, np.bool_)
-        soft[parts.joint[:n][(parts.type[:n] >= FIRST_BLOCK_TYPE) & (parts.elastic[:n, FREQUENCY] > 0)]] = True
-        result: npt.NDArray[np.bool_] = soft & self.active
-        return result
-
-    @property
     def breakable(self) -> bool:
         """Whether some joint that acts may break."""
         return self.count > 0 and bool(np.isfinite(self.rows.strength[: self.count][self.active]).any())

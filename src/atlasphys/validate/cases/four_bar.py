@@ -4,6 +4,12 @@ With lengths a of the crank, b of the coupler, c of the rocker and d of the grou
 K1 cos θ4 − K2 cos θ2 + K3 = cos(θ2 − θ4), K1 = d/a, K2 = d/c, K3 = (a² − b² + c² + d²)/(2 a c). With t = tan(θ4/2) it is A t² + B t + C = 0,
 A = cos θ2 − K1 − K2 cos θ2 + K3, B = −2 sin θ2, C = K1 − (K2 + 1) cos θ2 + K3. The rocker's speed is ω4 = ω2 (a/c) sin(θ2 − θ3)/sin(θ4 − θ3), θ3 the
 coupler's angle (Norton, Design of Machinery, §4.5 and §6.7).
+
+A speed belongs to a time. Solvers that end a step by making velocities fit the joints where the bodies now are (relaxing, as ``soft_step``,
+``sequential_impulse`` and ``xpbd`` do) report it at the step's end. A leapfrog scheme (``avbd``) reports the velocity with which the bodies
+moved, the mean over the step; the exact mean is the change of the exact angle over dt. At 1/240 s the two differ by 1.1 % of the greatest speed.
+Which of them a solver reports is seen from what it does: if its speeds are the changes of its own angles over dt, up to a tenth of what they
+change by in a step, they are means.
 """
 
 from __future__ import annotations
@@ -83,6 +89,10 @@ def measure(make_world: MakeWorld, dt: float) -> dict[str, float]:
     """Follow the rocker for two turns of the crank. Errors are shares of the range of the angle and of the greatest speed."""
     times, angles, speeds = drive(make_world, dt)
     expected, _, rates = solution(START + RATE * times)
+    moved = np.diff(np.unwrap(angles)) / dt
+    if np.abs(speeds[1:] - moved).max() < 0.1 * np.abs(np.diff(rates)).max():
+        before = solution(START + RATE * (times - dt))[0]
+        rates = np.diff(np.unwrap(np.stack([before, expected]), axis=0), axis=0)[0] / dt
     off = np.abs(speeds - rates) / np.abs(rates).max()
     loaded = times > SETTLED
     return {
