@@ -46,7 +46,7 @@ from atlasphys.engine.simd import LANES
 from atlasphys.engine.solvers.bounce_block import FINEST
 from atlasphys.engine.solvers.contact_block import Fields
 from atlasphys.engine.solvers.rolling_block import ROLLING_FIELDS
-from atlasphys.engine.solvers.soft_step import MOST_JOINT_FREQUENCY, SoftStep, softness
+from atlasphys.engine.solvers.soft_step import SoftStep, joint_softness, softness
 from atlasphys.engine.solvers.sweep_trace import MOST_TRACED, passes
 from atlasphys.engine.solvers.xpbd import XPBD
 from atlasphys.engine.solvers.xpbd_contact import XpbdFields
@@ -489,8 +489,7 @@ def ready_joints(state: State, settings: SoftStep | XPBD, values: Constants) -> 
     if isinstance(settings, XPBD):
         soft, fastest = (1 / h, 1.0), settings.push_out_speed  # all of an error, in each substep
     else:
-        frequency = min(settings.joint_frequency, MOST_JOINT_FREQUENCY / h)
-        soft, fastest = softness(frequency, settings.joint_damping, h), settings.joint_push_out_speed
+        soft, fastest = joint_softness(settings, h), settings.joint_push_out_speed
     set_numbers(state, space.joints, h, float(values.ratio), soft, fastest * unit)
     find_code(state, space.joints)
     space.work.calls[JOINTS : JOINTS + PART_TYPES] = space.joints.calls[:PART_TYPES]

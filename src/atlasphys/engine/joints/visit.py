@@ -17,6 +17,7 @@ from __future__ import annotations
 from typing import Any
 
 from atlasphys.engine.joints.ends import Ends, multiply, reciprocal, rotate
+from atlasphys.engine.joints.halfway import halfway
 from atlasphys.engine.joints.parts import PARTS, TURNING, is_block
 from atlasphys.engine.joints.rows import NONE, Row, combined, masses, pushed, rate
 from atlasphys.engine.simd import full, gather, load, maximum, minimum, scatter, select, simd_kernel, sqrt, store, vec
@@ -129,6 +130,15 @@ class Tied:
         """J v."""
         return [rate(row, *self.velocity) for row in self.rows]
 
+    def mean_rates(self, h: Any, impulses: Any) -> list[Any]:
+        """Those at which the coordinates will change over the substep (halfway.py), under the part's present impulses."""
+        if self.kind in TURNING:
+            return self.rates()
+        load = sum((x * x for x in impulses[1:]), impulses[0] * impulses[0])
+        inertias = self.inverse[1], self.inverse[3]
+        ends = halfway(self.kind, self.ends, self.velocity, 0.5 * h, inertias, load)
+        return [rate(row, *self.velocity) for row in PARTS[self.kind].rows(ends)]
+
     def push(self, impulses: list[Any]) -> None:
         """Apply impulses along the rows."""
         self.velocity = pushed(combined(self.rows, impulses), *self.velocity, *self.inverse)
@@ -197,7 +207,7 @@ def solve_block(tied: Tied, relax: bool, work: Any) -> None:
     n = len(tied.rows)
     h = load_number(work, H)
     old = tied.field(IMPULSES, n)
-    rates = tied.rates()
+    rates = tied.rates() if relax else tied.mean_rates(h, old)
     spring_mass = tied.setting(SPRING_MASS)[0]
     rigid = spring_mass < 0
     if relax:
@@ -230,7 +240,7 @@ def solve_axial(tied: Tied, relax: bool, work: Any) -> None:
     """Spring, motor, friction and limits of one coordinate."""
     h, inverse_h = load_number(work, H), load_number(work, INVERSE_H)
     spring, motor, friction, lower, upper = old = tied.field(IMPULSES, 5)
-    speed = tied.rates()[0]
+    speed = tied.rates()[0] if relax else tied.mean_rates(h, old)[0]
     if relax and tied.kind == COUPLING:  # the bodies have just moved with these velocities
         store(tied.blocks, tied.block, SLIPPED, load(tied.blocks, tied.block, SLIPPED) + h * speed)
         tied.ends = tied.ends._replace(phase=load(tied.blocks, tied.block, SLIPPED))
