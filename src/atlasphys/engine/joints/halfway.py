@@ -29,19 +29,19 @@ MOST_SWING = 0.4
 """Value of h² T r/I up to which arms are carried on; from √2 times as much on they are not. At 0.8 a net of 100 × 100 balls stretches by a third more."""
 
 TURN_LOSS = 50.0
-"""Arms are carried on by a share of 1 / (1 + this × the square of half the angle turned in a substep). With 1 two boxes of 1 kg on a hinge that begins
-ten metres apart spin ever faster, at 25 as fast as they began; with 100 fifty chains stretch by a half more as their ends crack."""
+"""Share by which arms are carried on less, over the square of half the angle turned in a substep. With 1 two boxes of 1 kg on a hinge that begins ten
+metres apart spin ever faster; at 25 the hinge of `sequential_impulse` does at times."""
 
 
 def carried(arm: Any, spin: Any, half: Any, inverse_inertia: Any, load: Any) -> Any:
-    """What half a substep adds to the mean of an arm: ½ (R r − r) with the Cayley turn R of h ω, to third order. ``load`` is the square of the impulse
-    that the arm bears."""
+    """What half a substep adds to the mean of an arm, ½ (R r − r) with the turn R by h ω, to third order: t × r + t × (t × r) with t = ½ h ω. ``load``
+    is the square of the impulse that the arm bears."""
     t = vec.scale(spin, half)
     u = vec.cross(t, arm)
-    s = vec.scale(vec.add(u, vec.cross(t, u)), 1 / (1 + TURN_LOSS * vec.length_squared(t)))
-    lightness = (2 * half) * (inverse_inertia[0] + inverse_inertia[1] + inverse_inertia[2])
-    swing = lightness * lightness * load * vec.length_squared(arm) * (1 / (3 * MOST_SWING) ** 2)
-    return vec.scale(s, maximum(minimum(2 - swing, 1), full(swing, 0)))
+    lightness = half * (inverse_inertia[0] + inverse_inertia[1] + inverse_inertia[2])
+    swing = lightness * lightness * load * vec.length_squared(arm) * (2 / (3 * MOST_SWING)) ** 2
+    share = minimum(2 - swing, 1) - TURN_LOSS * vec.length_squared(t)
+    return vec.scale(vec.add(u, vec.cross(t, u)), maximum(share, full(share, 0)))
 
 
 def halfway(kind: int, ends: Ends, velocity: Any, half: Any, inertias: Any, load: Any) -> Ends:
