@@ -26,7 +26,8 @@ from atlasphys.engine.simd import full, maximum, minimum, sqrt, vec
 from atlasphys.engine.state.joints import LINE, POINT, PULLEY, TRANSLATION
 
 MOST_SWING = 0.4
-"""Value of h² T r/I up to which arms are carried on; from √2 times as much on they are not. At 0.8 a net of 100 × 100 balls stretches by a third more."""
+"""Value of h² T r/I up to which arms are carried on; from √2 times as much on they are not. At 0.8 a net of 100 × 100 balls stretches by a third
+more."""
 
 TURN_LOSS = 50.0
 """Share by which arms are carried on less, over the square of half the angle turned in a substep. With 1 two boxes of 1 kg on a hinge that begins ten
@@ -34,8 +35,8 @@ metres apart spin ever faster; at 25 the hinge of `sequential_impulse` does at t
 
 
 def carried(arm: Any, spin: Any, half: Any, inverse_inertia: Any, load: Any) -> Any:
-    """What half a substep adds to the mean of an arm, ½ (R r − r) with the turn R by h ω, to third order: t × r + t × (t × r) with t = ½ h ω. ``load``
-    is the square of the impulse that the arm bears."""
+    """What half a substep adds to the mean of an arm, ½ (R r − r) with the turn R by h ω, to third order: t × r + t × (t × r) with t = ½ h ω.
+    ``load`` is the square of the impulse that the arm bears."""
     t = vec.scale(spin, half)
     u = vec.cross(t, arm)
     lightness = half * (inverse_inertia[0] + inverse_inertia[1] + inverse_inertia[2])

@@ -18,7 +18,8 @@ MOST_JOINT_FREQUENCY = 0.5
 """Greatest frequency of joints, as a share of the number of substeps a second. A net of 100 × 100 balls tears itself apart there."""
 
 JOINT_FREQUENCY = 0.35
-"""The same share where no frequency is given. Errors under load fall as the square of a substep; at 0.38 a hundredfold weight on a chain of twenty trembles."""
+"""The same share where no frequency is given. Errors under load fall as the square of a substep; at 0.38 a
+hundredfold weight on a chain of twenty trembles."""
 
 
 @dataclass(frozen=True, slots=True)
