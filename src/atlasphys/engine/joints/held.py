@@ -1,8 +1,9 @@
 """Axial parts that are solved against what holds their joint together. Over lanes, or over plain numbers.
 
-A hinge's limit stops the rotation of a door by a torque, and the door's middle, which still moves, then pulls at the point. Solved one after the
-other, each undoes three quarters of what the other did, the impulses of a blow linger for many substeps, and the door comes back from its limit. So an
-axial row J is solved as if the rigid block H of the same joint, which is visited after it, were at once solved for it: for the rate that will be left,
+A hinge's limit stops the rotation of a door by a torque, and the door's middle, which still moves, then pulls at the point. Solved one after
+the other, each undoes three quarters of what the other did, the impulses of a blow linger for many substeps, and the door comes back from its
+limit. So an axial row J is solved as if the rigid block H of the same joint, which is visited after it, were at once solved for it: for the rate
+that will be left,
 
     Ċ = (J − X H) v,   X = J M⁻¹ Hᵀ (H M⁻¹ Hᵀ)⁻¹,   K = (J − X H) M⁻¹ (J − X H)ᵀ,
 
