@@ -13,7 +13,7 @@ from atlasphys.engine.joints.ends import Ends, double_angle
 from atlasphys.engine.joints.layout import colours
 from atlasphys.engine.joints.parts import PARTS
 from atlasphys.engine.joints.rows import masses, pushed, rate
-from atlasphys.engine.joints.visit import solve_symmetric
+from atlasphys.engine.joints.symmetric import solve_symmetric
 from atlasphys.engine.state.joints import COUPLING, LOCK, PART_TYPES, POINT, WORLD
 
 finite = st.floats(-2, 2, allow_nan=False)

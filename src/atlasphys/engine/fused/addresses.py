@@ -26,7 +26,7 @@ from atlasphys.engine.jit import call
 from atlasphys.engine.joints.layout import find_code, set_numbers
 from atlasphys.engine.narrowphase.addresses import ADDRESSES
 from atlasphys.engine.narrowphase.dispatch import with_room
-from atlasphys.engine.solvers.soft_step import MOST_JOINT_FREQUENCY, SoftStep, softness
+from atlasphys.engine.solvers.soft_step import SoftStep, joint_softness
 from atlasphys.engine.solvers.xpbd import XPBD
 from atlasphys.engine.state.arrays import aligned_zeros
 from atlasphys.engine.state.joints import PART_TYPES
@@ -129,8 +129,7 @@ def ready_joints(state: State, settings: SoftStep | XPBD, values: Constants) -> 
     if isinstance(settings, XPBD):
         soft, fastest = (1 / h, 1.0), settings.push_out_speed  # all of an error, in each substep
     else:
-        frequency = min(settings.joint_frequency, MOST_JOINT_FREQUENCY / h)
-        soft, fastest = softness(frequency, settings.joint_damping, h), settings.joint_push_out_speed
+        soft, fastest = joint_softness(settings, h), settings.joint_push_out_speed
     set_numbers(state, space.joints, h, float(values.ratio), soft, fastest * unit)
     find_code(state, space.joints)
     space.work.calls[JOINTS : JOINTS + PART_TYPES] = space.joints.calls[:PART_TYPES]

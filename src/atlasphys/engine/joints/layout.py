@@ -16,6 +16,7 @@ import numpy.typing as npt
 from atlasphys.engine.jit import routine
 from atlasphys.engine.joints.addresses import ADDRESSES, tables_address
 from atlasphys.engine.joints.elastic import coefficients
+from atlasphys.engine.joints.held import HOLDERS
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import call_address
 from atlasphys.engine.state.arrays import aligned_zeros
@@ -23,6 +24,7 @@ from atlasphys.engine.state.bodies import DYNAMIC
 from atlasphys.engine.state.joint_work import (
     FASTEST,
     FIRST,
+    HELD,
     INVERSE_H,
     JOINT_FIELDS,
     JOINT_INTEGERS,
@@ -116,6 +118,7 @@ def lay_out(state: State, active: npt.NDArray[np.uint8]) -> Layout:
     integers[block, ROW_B, lane] = np.where(body[:, 1] == WORLD, some, body[:, 1])
     integers[block, TIED_A, lane], integers[block, TIED_B, lane] = (body != WORLD).T
     integers[block, PART, lane] = parts
+    integers[block, HELD, lane] = held(table)[parts]
     p = table.parts
     return Layout(
         work=JointWork(
@@ -134,6 +137,19 @@ def lay_out(state: State, active: npt.NDArray[np.uint8]) -> Layout:
         linked=table.linked,
         calls=np.zeros(PART_TYPES + 1, np.int64),
     )
+
+
+def held(table: JointTable) -> npt.NDArray[np.bool_]:
+    """(parts,) which axial parts are solved against a rigid block of their joint (joints/held.py)."""
+    n = table.part_count
+    kind, joint = table.parts.type[:n], table.parts.joint[:n]
+    rigid = (table.parts.elastic[:n, FREQUENCY] <= 0) & ~(table.parts.settings[:n, FRICTION_FORCE] > 0)
+    result = np.zeros(n, np.bool_)
+    for part, holder in HOLDERS.items():
+        has = np.zeros(table.count, np.bool_)
+        has[joint[rigid & (kind == holder)]] = True
+        result |= (kind == part) & has[joint]
+    return result
 
 
 def set_numbers(

@@ -82,18 +82,24 @@ def rate(row: Row, v_a: Any, w_a: Any, v_b: Any, w_b: Any) -> Any:
 def masses(rows: list[Row], m_a: Any, inertia_a: Any, m_b: Any, inertia_b: Any) -> list[list[Any]]:
     """K = J M⁻¹ Jᵀ of one to three rows: its upper triangle, ``K[i][j − i]``. ``m_a``, ``m_b`` are inverse masses along the world's axes, the
     inertias inverse ones, symmetric."""
-    moved = [
-        (weighted(m_a, r.push_a), sym_mul(inertia_a, r.turn_a), weighted(m_b, r.push_b), sym_mul(inertia_b, r.turn_b))
-        for r in rows
-    ]
-    result = []
-    for i, row in enumerate(rows):
-        line = []
-        for other in moved[i:]:
-            a = plus(dot(row.push_a, other[0]), dot(row.turn_a, other[1]))
-            line.append(plus(a, plus(dot(row.push_b, other[2]), dot(row.turn_b, other[3]))))
-        result.append(line)
-    return result
+    moved = [effects(row, m_a, inertia_a, m_b, inertia_b) for row in rows]
+    return [[product(row, other) for other in moved[i:]] for i, row in enumerate(rows)]
+
+
+def effects(row: Row, m_a: Any, inertia_a: Any, m_b: Any, inertia_b: Any) -> Row:
+    """M⁻¹ Jᵀ."""
+    return Row(
+        weighted(m_a, row.push_a),
+        sym_mul(inertia_a, row.turn_a),
+        weighted(m_b, row.push_b),
+        sym_mul(inertia_b, row.turn_b),
+    )
+
+
+def product(row: Row, effect: Row) -> Any:
+    """J M⁻¹ Jᵀ of a row and the effects of another."""
+    a = plus(dot(row.push_a, effect.push_a), dot(row.turn_a, effect.turn_a))
+    return plus(a, plus(dot(row.push_b, effect.push_b), dot(row.turn_b, effect.turn_b)))
 
 
 def combined(rows: list[Row], impulses: list[Any]) -> Row:

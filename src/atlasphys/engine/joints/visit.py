@@ -17,13 +17,17 @@ from __future__ import annotations
 from typing import Any
 
 from atlasphys.engine.joints.ends import Ends, multiply, reciprocal, rotate
+from atlasphys.engine.joints.halfway import halfway
+from atlasphys.engine.joints.held import HOLDERS, held_back
 from atlasphys.engine.joints.parts import PARTS, TURNING, is_block
-from atlasphys.engine.joints.rows import NONE, Row, combined, masses, pushed, rate
+from atlasphys.engine.joints.rows import NONE, Row, combined, masses, minus, pushed, rate
+from atlasphys.engine.joints.symmetric import solve_symmetric
 from atlasphys.engine.simd import full, gather, load, maximum, minimum, scatter, select, simd_kernel, sqrt, store, vec
 from atlasphys.engine.state.joint_work import (
     APART,
     BEFORE,
     FASTEST,
+    HELD,
     IMPULSES,
     INVERSE_H,
     KEEP,
@@ -129,6 +133,15 @@ class Tied:
         """J v."""
         return [rate(row, *self.velocity) for row in self.rows]
 
+    def mean_rates(self, h: Any, impulses: Any) -> list[Any]:
+        """Those at which the coordinates will change over the substep (halfway.py), under the part's present impulses."""
+        if self.kind in TURNING:
+            return self.rates()
+        load = sum((x * x for x in impulses[1:]), impulses[0] * impulses[0])
+        inertias = self.inverse[1], self.inverse[3]
+        ends = halfway(self.kind, self.ends, self.velocity, 0.5 * h, inertias, load)
+        return [rate(row, *self.velocity) for row in PARTS[self.kind].rows(ends)]
+
     def push(self, impulses: list[Any]) -> None:
         """Apply impulses along the rows."""
         self.velocity = pushed(combined(self.rows, impulses), *self.velocity, *self.inverse)
@@ -197,7 +210,7 @@ def solve_block(tied: Tied, relax: bool, work: Any) -> None:
     n = len(tied.rows)
     h = load_number(work, H)
     old = tied.field(IMPULSES, n)
-    rates = tied.rates()
+    rates = tied.rates() if relax else tied.mean_rates(h, old)
     spring_mass = tied.setting(SPRING_MASS)[0]
     rigid = spring_mass < 0
     if relax:
@@ -230,11 +243,18 @@ def solve_axial(tied: Tied, relax: bool, work: Any) -> None:
     """Spring, motor, friction and limits of one coordinate."""
     h, inverse_h = load_number(work, H), load_number(work, INVERSE_H)
     spring, motor, friction, lower, upper = old = tied.field(IMPULSES, 5)
-    speed = tied.rates()[0]
+    speed = tied.rates()[0] if relax else tied.mean_rates(h, old)[0]
+    row = tied.rows[0]
+    full_k = k = masses(tied.rows, *tied.inverse)[0][0]
+    if tied.kind in HOLDERS:
+        taken = held_back(tied.kind, row, tied.ends, tied.inverse)
+        left = Row(*(tuple(map(minus, side, other)) for side, other in zip(row, taken, strict=True)))
+        held = load(tied.integers, tied.block, HELD) != 0
+        k = select(held, masses([left], *tied.inverse)[0][0], k)
+        speed = speed - select(held, rate(taken, *tied.velocity), 0)
     if relax and tied.kind == COUPLING:  # the bodies have just moved with these velocities
         store(tied.blocks, tied.block, SLIPPED, load(tied.blocks, tied.block, SLIPPED) + h * speed)
         tied.ends = tied.ends._replace(phase=load(tied.blocks, tied.block, SLIPPED))
-    k = masses(tied.rows, *tied.inverse)[0][0]
     inverse = reciprocal(k)
     c = PARTS[tied.kind].measure(tied.ends)[0]
     if not relax:
@@ -246,7 +266,8 @@ def solve_axial(tied: Tied, relax: bool, work: Any) -> None:
         before = tied.setting(SPRING_BEFORE)[0]
         wanted = elastic * speed + tied.setting(SPRING_PULL)[0] * error + before * tied.field(BEFORE, 1)[0]
         most = h * tied.setting(SPRING_FORCE)[0]
-        new = elastic * spring - inverse * wanted
+        share = k * reciprocal(full_k)
+        new = (elastic * share * spring - reciprocal(full_k) * wanted) / (1 - elastic + elastic * share)
         new = select(elastic < 0, 0, maximum(minimum(new, most), -most))
         speed = speed + k * (new - spring)
         spring = new
@@ -284,32 +305,6 @@ def solve_axial(tied: Tied, relax: bool, work: Any) -> None:
         store(tied.blocks, tied.block, BEFORE, speed)
         field = TOTALS + MOTOR_TOTAL
         store(tied.blocks, tied.block, field, load(tied.blocks, tied.block, field) + motor)
-
-
-def solve_symmetric(matrix: list[list[Any]], wanted: list[Any]) -> list[Any]:
-    """K⁻¹ x for a symmetric K of two or three rows, its upper triangle given, by Cramer's rule; rows that nothing moves give 0."""
-    if len(wanted) == 2:
-        (a, b), (c,) = matrix
-        determinant = a * c - b * b
-        regular = determinant > 1e-7 * (a * c)
-        inverse = 1 / determinant
-        x, y = wanted
-        return [
-            select(regular, (c * x - b * y) * inverse, reciprocal(a) * x),
-            select(regular, (a * y - b * x) * inverse, reciprocal(c) * y),
-        ]
-    (xx, xy, xz), (yy, yz), (zz,) = matrix
-    a, b, c = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
-    d, e, f = xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy
-    determinant = xx * a + xy * b + xz * c
-    regular = determinant > 1e-7 * (xx * yy * zz)
-    inverse = 1 / determinant
-    x, y, z = wanted
-    return [
-        select(regular, (a * x + b * y + c * z) * inverse, reciprocal(xx) * x),
-        select(regular, (b * x + d * y + e * z) * inverse, reciprocal(yy) * y),
-        select(regular, (c * x + e * y + f * z) * inverse, reciprocal(zz) * z),
-    ]
 
 
 @simd_kernel

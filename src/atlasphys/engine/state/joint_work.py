@@ -10,10 +10,11 @@ import numpy.typing as npt
 from atlasphys.engine.simd.by_address import by_address
 
 # Rows of a block's integers
-ROW_A, ROW_B, TIED_A, TIED_B, PART, MOVES_A, MOVES_B, LIVE, ANY = range(9)
-"""Bodies' rows (of the world: some row), whether that side is a body, row of the part (0 in an idle lane). As of the present step: whether impulses
+ROW_A, ROW_B, TIED_A, TIED_B, PART, HELD, MOVES_A, MOVES_B, LIVE, ANY = range(10)
+"""Bodies' rows (of the world: some row), whether that side is a body, row of the part (0 in an idle lane), whether its joint has the rigid
+part against which it is solved (HOLDERS in joints/visit.py). As of the present step: whether impulses
 move the two, whether one of them is awake; and, in lane 0, whether some lane of the block is so."""
-JOINT_INTEGERS = 9
+JOINT_INTEGERS = 10
 
 # Fields of a block, after the columns of ``Parts.settings``
 SETTINGS = 0
@@ -42,7 +43,7 @@ class JointWork(NamedTuple):
     """Working memory. Blocks hold eight parts of a type and colour."""
 
     integers: npt.NDArray[np.int32]
-    """(blocks, 9, 8)"""
+    """(blocks, 10, 8)"""
     blocks: npt.NDArray[np.floating]
     """(blocks, 48, 8)"""
     numbers: npt.NDArray[np.floating]
