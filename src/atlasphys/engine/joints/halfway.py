@@ -26,12 +26,12 @@ from atlasphys.engine.simd import full, maximum, minimum, sqrt, vec
 from atlasphys.engine.state.joints import LINE, POINT, PULLEY, TRANSLATION
 
 MOST_SWING = 0.4
-"""Value of h² T r/I up to which arms are carried on; from √2 times as much on they are not. At 0.8 a net of 100 × 100 balls stretches by a third
+"""Value of h² T r/I up to which arms are carried on; from √2 times as much on they are not. At 0.8 a net of 100 × 100 balls stretches by a half
 more."""
 
 TURN_LOSS = 50.0
 """Share by which arms are carried on less, over the square of half the angle turned in a substep. With 1 two boxes of 1 kg on a hinge that begins ten
-metres apart spin ever faster; at 25 the hinge of `sequential_impulse` does at times."""
+metres apart spin ever faster; at 30 the hinge of `sequential_impulse` does at times."""
 
 
 def carried(arm: Any, spin: Any, half: Any, inverse_inertia: Any, load: Any) -> Any:
