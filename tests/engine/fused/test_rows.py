@@ -59,6 +59,7 @@ def check_rows(world: ap.World) -> None:
     if state.workspace is None:
         return
     work, table = state.workspace.work, state.manifolds
+    assert len(table.a) == len(state.next_manifolds.a) == len(work.free) == len(work.ended)
     rows, free = int(work.status[ROWS]), work.free[: work.status[FREE]]
     row = work.row[: work.status[PAIRS]]
     live = row[table.count[row] > 0]
@@ -69,6 +70,17 @@ def check_rows(world: ap.World) -> None:
     pairs = work.pairs[: work.status[PAIRS]][table.count[row] > 0]
     np.testing.assert_array_equal(np.stack([table.a[live], table.b[live]], axis=1), pairs)
     np.testing.assert_array_equal(live_rows(table, state.manifold_count), live)  # pairs are ordered
+
+
+@pytest.mark.parametrize("steps", range(28, 36))
+def test_the_first_contact_of_a_world_finds_room_in_either_table(steps):
+    world = ap.World()
+    world.add(ap.Plane())
+    world.add(BOX, position=(0, 0.5 + 0.5 * 9.81 * (steps * DT) ** 2, 0))
+    for _ in range(8):
+        world.run(seconds=5 * DT, dt=DT)
+        check_rows(world)
+    assert len(world.contacts) == 4
 
 
 def seen(world: ap.World):

@@ -88,7 +88,7 @@ class Workspace:
             state.manifold_count = 1 + len(rows)
             rows = np.arange(1, 1 + len(rows))
         table, count = state.manifolds, state.manifold_count
-        if len(state.next_manifolds.a) < len(table.a):
+        if len(state.next_manifolds.a) != len(table.a):  # they grow together
             state.next_manifolds = empty_manifolds(len(table.a), state.real)
         state.next_manifolds.count[:count], state.next_manifolds.collided[:count] = 0, -1  # it holds no copies
         free = 1 + np.flatnonzero(table.count[1:count] == 0)
