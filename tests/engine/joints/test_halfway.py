@@ -52,4 +52,4 @@ def test_a_pendulums_period_errs_in_second_order(solver, degrees):
         times, angles, _ = swing(make, degrees, 4.2 * exact, dt)
         found.append(abs(mean_period(times, angles) / exact - 1))
     assert found[1] < (1e-4 if solver == "soft_step" else 1e-3)
-    assert found[1] < 2**-1.8 * found[0] + 1e-7
+    assert found[1] < 2**-1.8 * found[0] + 2e-6  # which allows for terms of third order
