@@ -80,10 +80,10 @@ from atlasphys.engine.state.joints import (
 POSE = 8
 """First of the columns of ``Bodies.geometry`` that are read; the orientation is in the last four."""
 
-PUSH_LOSS = 4.0
-"""Share by which errors are taken back more slowly than at FASTEST, over the square of the angle that the two bodies turn in a substep. The speed
-that correction gives along J at the beginning is taken back along J at the end. What these differ by stays, and would feed bodies on long levers
-for ever that turn by half a radian and more in a step of `sequential_impulse`."""
+PUSH_LOSS = 16.0
+"""Share by which errors are taken back more slowly than at FASTEST, over the fourth power of the angle that the two bodies turn in a substep. The
+speed that correction gives along J at the beginning is taken back along J at the end. What these differ by stays, and would feed bodies on long
+levers for ever that turn by half a radian and more in a step of `sequential_impulse`."""
 
 FULL_TURN = 6.283185307179586
 
@@ -151,7 +151,8 @@ class Tied:
         """The greatest rate at which errors are taken back."""
         _, w_a, _, w_b = self.velocity
         h = load_number(work, H)
-        share = 1 - PUSH_LOSS * h * h * (vec.length_squared(w_a) + vec.length_squared(w_b))
+        turned = h * h * (vec.length_squared(w_a) + vec.length_squared(w_b))
+        share = 1 - PUSH_LOSS * turned * turned
         return load_number(work, FASTEST) * maximum(share, full(share, 0))
 
     def push(self, impulses: list[Any]) -> None:
