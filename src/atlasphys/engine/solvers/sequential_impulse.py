@@ -19,7 +19,7 @@ import numpy as np
 
 from atlasphys.engine.jit import kernel, routine
 from atlasphys.engine.joints.layout import find_code, lay_out, no_visit, set_numbers, visit_all
-from atlasphys.engine.math import mat, vec
+from atlasphys.engine.math import mat, quat, vec
 from atlasphys.engine.shapes.arguments import invalid, number
 from atlasphys.engine.simd import LANES
 from atlasphys.engine.simd.address import address_call, call_address
@@ -37,6 +37,7 @@ from atlasphys.engine.solvers.integrate import integrate_positions, integrate_ve
 from atlasphys.engine.solvers.projection import project_positions
 from atlasphys.engine.solvers.soft_step import MOST_JOINT_FREQUENCY, softness
 from atlasphys.engine.solvers.sweep_trace import MOST_TRACED, note_sweep, sweeps
+from atlasphys.engine.state.bodies import DYNAMIC
 from atlasphys.engine.state.joint_work import JOINT_FIELDS, KEEP_RESULTS, PREPARE, RELAX, SLIPPED, SOLVE, START, TOTALS
 from atlasphys.engine.state.joints import PART_TYPES
 from atlasphys.engine.state.manifolds import (
@@ -51,6 +52,7 @@ from atlasphys.engine.state.manifolds import (
     ROLLING,
     TORSIONAL,
 )
+from atlasphys.engine.state.pose import inverse_inertia
 from atlasphys.engine.state.state import State
 
 
@@ -476,6 +478,10 @@ def solve(
         for i in range(body_count):
             for k in range(4):
                 bodies.geometry[i, 12 + k] = bodies.orientation[i, k]
+            if bodies.kind[i] == DYNAMIC:  # impulses along new arms with the old inertia would add energy
+                turned = inverse_inertia(bodies, i, quat.load(bodies.orientation, i))
+                for k in range(6):
+                    inverse_mass[i, k] = turned[k]
         for s in range(iterations):
             if s == iterations - 1:
                 clear_totals(joints.blocks)

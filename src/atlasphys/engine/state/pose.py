@@ -35,6 +35,19 @@ def free_inverse_inertia(inertia, locks):
     )
 
 
+@routine
+def inverse_inertia(bodies, i, orientation):
+    """The inverse inertia tensor of a dynamic body about the world's axes, at an orientation; zero about its locked axes."""
+    mass, locks = bodies.mass, bodies.locks[i]
+    axes = quat.matrix(quat.mul(orientation, quat.load(bodies.principal, i)))
+    if locks & ROTATION_LOCKS:
+        return free_inverse_inertia(mat.rotated_diagonal(axes, (mass[i, 2], mass[i, 3], mass[i, 4])), locks)
+    if mass[i, 2] == mass[i, 3] and mass[i, 3] == mass[i, 4]:  # the same however it is turned, to the bit
+        zero = mass[i, 5] - mass[i, 5]
+        return mass[i, 5], mass[i, 6], mass[i, 7], zero, zero, zero
+    return mat.rotated_diagonal(axes, (mass[i, 5], mass[i, 6], mass[i, 7]))
+
+
 @kernel
 def refresh(bodies: Bodies, first: int, last: int) -> None:
     """Derive ``center``, ``geometry`` and ``inverse_mass`` of the rows first … last − 1 from their state and properties."""
@@ -58,15 +71,7 @@ def refresh(bodies: Bodies, first: int, last: int) -> None:
             bodies.motion[i, 6 + k] = bodies.motion[i, 9 + k] = 0
         if bodies.kind[i] == DYNAMIC:
             locks = bodies.locks[i]
-            axes = quat.matrix(quat.mul(orientation, quat.load(bodies.principal, i)))
-            if locks & ROTATION_LOCKS:
-                tensor = mat.rotated_diagonal(axes, (mass[i, 2], mass[i, 3], mass[i, 4]))
-                inverse = free_inverse_inertia(tensor, locks)
-            elif isotropic:  # the same however it is turned, to the bit
-                zero = mass[i, 5] - mass[i, 5]
-                inverse = (mass[i, 5], mass[i, 6], mass[i, 7], zero, zero, zero)
-            else:
-                inverse = mat.rotated_diagonal(axes, (mass[i, 5], mass[i, 6], mass[i, 7]))
+            inverse = inverse_inertia(bodies, i, orientation)
             for k in range(6):
                 inverse_mass[i, k] = inverse[k]
             inverse_mass[i, 6] = mass[i, 1]
