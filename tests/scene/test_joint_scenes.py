@@ -187,6 +187,21 @@ ABSURD = {
 }
 
 
+@pytest.mark.parametrize("offset", [(2.0, 5.0, -4.0), (0.3, 6.0, 2.0), (-5.0, 1.0, 5.0)])
+@pytest.mark.parametrize("solver", ["soft_step", "xpbd", "avbd"])
+def test_a_slider_whose_bodies_are_metres_off_its_line_is_pulled_in(solver, offset):
+    world = ap.World(solver=solver, gravity=(0, 0, 0), sleeping=False)
+    a = world.add(ap.Box(size=(1, 0.5, 0.3)), mass=1, mask=0)
+    b = world.add(ap.Box(size=(0.5, 1, 0.2)), position=offset, orientation=(0.3, -0.8, 0.4, 0.1), mass=4, mask=0)
+    ends = {"anchor_a": (0.5, -0.9, 0.9), "anchor_b": (-0.3, 0.8, -0.1)}
+    world.join(ap.Slider(a, b, **ends, frame_a=(1, 0, 0, 0), frame_b=(-0.2, 0.5, 0.7, 0.4)))
+    energies = []
+    for _ in range(120):
+        world.step(1 / 60)
+        energies.append(world.energy().kinetic)
+    assert max(energies[10:]) <= 1.05 * max(energies[:10])
+
+
 @pytest.mark.parametrize("solver", ["soft_step", "sequential_impulse", "xpbd", "avbd"])
 @settings(max_examples=15, deadline=None, derandomize=True)
 @given(kind=st.sampled_from(sorted(ABSURD)), seed=st.integers(0, 10**6))

@@ -56,6 +56,7 @@ from atlasphys.engine.state.joints import (
     FRAME_B,
     FRICTION,
     FRICTION_FORCE,
+    LINE,
     LOWER,
     MOTOR,
     MOTOR_FORCE,
@@ -74,6 +75,7 @@ from atlasphys.engine.state.joints import (
     SPRING_FORCE,
     SPRING_MASS,
     SPRING_PULL,
+    TRANSLATION,
     TURNS_A,
 )
 
@@ -140,7 +142,10 @@ class Tied:
 
     def mean_rates(self, h: Any, impulses: Any) -> list[Any]:
         """Those at which the coordinates will change over the substep (halfway.py), under the part's present impulses."""
-        if self.kind in TURNING:
+        if self.kind in TURNING or self.kind in (
+            LINE,
+            TRANSLATION,
+        ):  # metres apart, these would gain energy without bound
             return self.rates()
         load = sum((x * x for x in impulses[1:]), impulses[0] * impulses[0])
         inertias = self.inverse[1], self.inverse[3]
