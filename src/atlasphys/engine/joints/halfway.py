@@ -9,7 +9,8 @@ J(q) make J(q + ½ h v) v zero, and once the bodies have moved, impulses along J
 (H. C. Andersen, J. Comput. Phys. 52, 1983; with the velocity as of half a step earlier), which is reversible and of order 2, so that swinging bodies
 keep their energy.
 
-Only arms and lines are carried half a substep on. Parts of rotation alone stay satisfied while both bodies turn together.
+Only the arms of points, distances and pulleys are carried on (CARRIED_ON). Parts of rotation alone stay satisfied while both bodies turn together.
+Lines and translations act on levers as long as the two anchors are apart: a slider that begins six metres off its line blew up with the mean rate.
 
 **What substeps do not resolve.** Leapfrog schemes are not stable where something swings faster than the steps resolve. A load T on an arm r lets a
 body of inertia I swing at the frequency √(T r/I): of balls in a net of a hundred rows, which bear a thousand times their weight, h² T r/I is above 1.
@@ -21,9 +22,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from atlasphys.engine.joints.ends import Ends, multiply
-from atlasphys.engine.simd import full, maximum, minimum, sqrt, vec
-from atlasphys.engine.state.joints import LINE, POINT, PULLEY, TRANSLATION
+from atlasphys.engine.joints.ends import Ends
+from atlasphys.engine.simd import full, maximum, minimum, vec
+from atlasphys.engine.state.joints import DISTANCE, POINT, PULLEY
+
+CARRIED_ON = (POINT, DISTANCE, PULLEY)
+"""Types of parts that are solved for their mean rate."""
 
 MOST_SWING = 0.4
 """Value of h² T r/I up to which arms are carried on; from √2 times as much on they are not. At 0.8 a net of 100 × 100 balls stretches by a half
@@ -58,9 +62,4 @@ def halfway(kind: int, ends: Ends, velocity: Any, half: Any, inertias: Any, load
     elif kind != POINT:
         passed = vec.add_scaled(vec.sub(moved_b, moved_a), vec.sub(v_b, v_a), half)
         ends = ends._replace(apart=vec.add(ends.apart, passed))
-    if kind in (LINE, TRANSLATION):
-        turn = vec.scale(w_a, 0.5 * half)
-        inverse = 1 / sqrt(1 + vec.length_squared(turn))
-        turned = multiply((full(half, 1), *turn), ends.frame_a)
-        ends = ends._replace(frame_a=tuple(inverse * x for x in turned))
     return ends

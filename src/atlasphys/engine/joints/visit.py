@@ -17,7 +17,7 @@ from __future__ import annotations
 from typing import Any
 
 from atlasphys.engine.joints.ends import Ends, multiply, reciprocal, rotate
-from atlasphys.engine.joints.halfway import halfway
+from atlasphys.engine.joints.halfway import CARRIED_ON, halfway
 from atlasphys.engine.joints.held import HOLDERS, held_back
 from atlasphys.engine.joints.parts import PARTS, TURNING, is_block
 from atlasphys.engine.joints.rows import NONE, Row, combined, masses, minus, pushed, rate
@@ -56,7 +56,6 @@ from atlasphys.engine.state.joints import (
     FRAME_B,
     FRICTION,
     FRICTION_FORCE,
-    LINE,
     LOWER,
     MOTOR,
     MOTOR_FORCE,
@@ -75,7 +74,6 @@ from atlasphys.engine.state.joints import (
     SPRING_FORCE,
     SPRING_MASS,
     SPRING_PULL,
-    TRANSLATION,
     TURNS_A,
 )
 
@@ -141,11 +139,9 @@ class Tied:
         return [rate(row, *self.velocity) for row in self.rows]
 
     def mean_rates(self, h: Any, impulses: Any) -> list[Any]:
-        """Those at which the coordinates will change over the substep (halfway.py), under the part's present impulses."""
-        if self.kind in TURNING or self.kind in (
-            LINE,
-            TRANSLATION,
-        ):  # metres apart, these would gain energy without bound
+        """Those at which the coordinates will change over the substep (halfway.py), under the part's present impulses; J v, if the type is not
+        one that is solved for them."""
+        if self.kind not in CARRIED_ON:
             return self.rates()
         load = sum((x * x for x in impulses[1:]), impulses[0] * impulses[0])
         inertias = self.inverse[1], self.inverse[3]
